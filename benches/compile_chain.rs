@@ -1,7 +1,7 @@
-//! The compiler on a chain of coupled equations, from text to a program with its Jacobian.
+//! Compiles a chain of coupled equations, from text to a program with its Jacobian.
 //!
-//! The bar: 10 000 equations in under 2 s and 500 MB, and a cost that grows linearly. Run with a
-//! number to compile a chain of that length only.
+//! Target: 10 000 equations in under 2 s and 500 MB, with a cost that grows linearly. Run with a number to compile a
+//! chain of that length only.
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints its table")]
 
@@ -15,8 +15,8 @@ use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, Sources};
 
 fn main() {
-    let asked = std::env::args().skip(1).find_map(|argument| argument.parse().ok());
-    let lengths = asked.map_or_else(|| vec![1000, 3000, 10_000, 30_000], |length| vec![length]);
+    let length = std::env::args().skip(1).find_map(|argument| argument.parse().ok());
+    let lengths = length.map_or_else(|| vec![1000, 3000, 10_000, 30_000], |length| vec![length]);
     println!("equations  text kB  least ms  median ms  µs/equation  peak MB");
     for length in lengths {
         let text = chain(length);
@@ -32,8 +32,7 @@ fn main() {
     }
 }
 
-/// Heat along a rod with radiation: each cell exchanges with its neighbours and loses to its
-/// surroundings by a fourth power.
+/// Heat along a rod with radiation: each cell exchanges heat with its neighbours and radiates to its surroundings.
 fn chain(length: usize) -> String {
     let mut text = String::from(
         "model chain\nparameter k [1/s] = 2\nparameter loss [1/s] = 0.1\nstate x0 [1] = 1\n",

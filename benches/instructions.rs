@@ -1,8 +1,8 @@
-//! How many instructions dgd's main paths take, against recorded numbers.
+//! Instruction counts of dgd's main paths, compared with recorded numbers.
 //!
-//! Times move with the load of a machine, instructions hardly. The program runs itself under valgrind,
-//! once with one run of a path and once with two: what comes before, after and only the first time
-//! cancels. Run with `UPDATE_GOLDEN=1` to record what is counted.
+//! Times depend on the load of a machine, instruction counts hardly. The program runs itself under valgrind, once with
+//! one run of a path and once with two, so that the difference excludes start-up, shutdown and first-time work. Run
+//! with `UPDATE_GOLDEN=1` to record the counts.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command prints its result")]
 
@@ -13,7 +13,7 @@ use std::{env, fs};
 
 use peers_problems::request::answer;
 
-/// Case, method and tolerance, as the driver of `peers` asks for them.
+/// Case, method and tolerance, as in requests of the driver in `peers`.
 const PATHS: &[(&str, &str, &str)] = &[
     ("p1a", "rodas5p", "1e-6"),
     ("p1a", "rodas5p, loaded", "1e-6"),
@@ -27,11 +27,11 @@ const PATHS: &[(&str, &str, &str)] = &[
     ("fit", "rodas5p", "1e-4"),
 ];
 
-/// More than this is a regression; what the allocator and the linker change is less.
+/// A larger relative increase is a regression; changes due to the allocator and the linker are smaller.
 const SLACK: f64 = 0.02;
 
 fn main() -> ExitCode {
-    // With arguments it is a run that is counted.
+    // With arguments, this is a run to be counted.
     if env::args_os().len() > 1 {
         return answer(peer_dgd::solve);
     }
@@ -91,13 +91,13 @@ fn check(folder: &Path) -> Result<String, String> {
     Err(format!("{complaints}{advice}"))
 }
 
-/// Instructions of this program when it runs a path so many times.
+/// Instructions of this program when it runs a path this many times.
 fn count(folder: &Path, path: [&str; 3], runs: usize) -> Result<u64, String> {
     let answer = env::temp_dir().join(format!("dgd-instructions-{}.bin", std::process::id()));
-    let own: PathBuf = env::current_exe().map_err(|error| error.to_string())?;
+    let program: PathBuf = env::current_exe().map_err(|error| error.to_string())?;
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
-        .arg(own)
+        .arg(program)
         .args(path)
         .arg(format!("{runs}x"))
         .args([&folder.join("peers/data"), &answer])

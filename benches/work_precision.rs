@@ -1,11 +1,11 @@
 //! P1 and P2: the two-state model as ODE and as index-1 DAE, without and with five sensitivities.
 //!
-//! 1001 outputs over 1000 s with a jump of the input at 100 s. The error is the largest difference
-//! from a reference solution, of a column's largest value: of the states where there are no
-//! sensitivities, of the sensitivities otherwise. `generated` is Rust by `dgd::model!`, `native` the
-//! same program as machine code made at run time, `interpreted` operation by operation.
+//! 1001 outputs over 1000 s with a jump of the input at 100 s. The error is the largest difference from a reference
+//! solution, relative to a column's largest value: for the states without sensitivities, and for the sensitivities
+//! otherwise. `generated` is Rust by `dgd::model!`, `native` the same program as native code made at run time,
+//! `interpreted` the interpreter.
 //!
-//! Before that, how long some models take to become machine code: all functions, and f alone.
+//! Before that, the time to compile some models to native code: all functions, and f alone.
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints its table")]
 
@@ -68,14 +68,14 @@ fn main() {
     }
 }
 
-/// Measures how long a model takes to become machine code, and prints that.
+/// Measures the time to compile a model to native code, and prints it.
 fn compilation(model: &str) {
     let program = program(model, &[]);
     let operations = |function: &dgd_compiler::program::Function| {
         function.body.len() + function.loops.iter().map(|part| part.body.len()).sum::<usize>()
     };
     let system = || Loaded::with_engine(program.clone(), Engine::Native);
-    let all = measure(Duration::from_millis(300), || {
+    let all_functions = measure(Duration::from_millis(300), || {
         let system = system();
         system.compile().expect("native code");
         system
@@ -92,7 +92,7 @@ fn compilation(model: &str) {
     println!(
         "{model:<21} {:>10} {:>9.2} {:>9.2}",
         program.functions.iter().map(operations).sum::<usize>(),
-        all.least.as_secs_f64() * 1e3,
+        all_functions.least.as_secs_f64() * 1e3,
         first.least.as_secs_f64() * 1e3,
     );
 }
@@ -110,7 +110,7 @@ fn row(
     let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("inputs");
     let times: Vec<f64> = (0..=1000).map(f64::from).collect();
-    // As the peers: atol is a hundredth of rtol, relative to the unknowns' sizes.
+    // As for the peers: atol is a hundredth of rtol, relative to the sizes of the unknowns.
     let options = Options { rtol: tolerance, atol: 0.01 * tolerance, ..Options::default() };
     let case = Problem { system, p: &p, inputs: &inputs, start: &[] };
     let run = || {
@@ -129,7 +129,7 @@ fn row(
     );
 }
 
-/// The largest difference from the reference, of a column's largest value.
+/// The largest difference from the reference, relative to a column's largest value.
 fn error(system: &impl Solved, solution: &Solution, reference: &Table, with: bool) -> f64 {
     let signature = system.signature();
     let times = reference.time.as_deref().unwrap_or_default();

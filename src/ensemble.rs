@@ -1,13 +1,12 @@
-//! One model many times.
+//! Many runs of one model.
 
 use dgd_runtime::ensemble::{Ensemble, Member, Wanted, reduce};
 use dgd_runtime::{Options, Solved};
 
 use crate::{Error, Problem, Solution, simulate};
 
-/// Runs all problems, by all cores, and gives their solutions in their order; the failure of one is its own.
-/// Results do not depend on the number of cores. Problems are of one model: what has another one than the first
-/// is run by itself.
+/// Runs all problems on all cores, and returns their solutions in order, each with its own error. Results do not depend
+/// on the number of cores. All problems should have the same model; one that differs from the first is run by itself.
 pub fn ensemble<M: Solved + Clone + Send>(
     problems: &[Problem<'_, M>],
     times: &[f64],

@@ -1,4 +1,4 @@
-//! What can go wrong at the door: names that the model does not have, lengths that do not fit, runs that end.
+//! Errors of the public interface: unknown names, wrong lengths, runs that end early.
 
 use std::fmt;
 
@@ -8,24 +8,24 @@ use dgd_runtime::{InputError, IntegrateError, UnknownMethod};
 
 use crate::Solution;
 
-/// Why there is no result.
+/// The reason why there is no result.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Error {
     /// The model has nothing of this kind under this name.
     NoSuchName {
-        /// Which kind: `"parameter"`, `"input"`, `"state or output"` …
+        /// The kind: `"parameter"`, `"input"`, `"state or output"` …
         kind: &'static str,
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names that there are.
+        /// All existing names.
         names: Vec<String>,
     },
-    /// A run has no derivatives to this.
+    /// A run has no derivatives with respect to this name.
     NoSensitivity {
-        /// The name asked for.
+        /// The requested name.
         to: String,
-        /// What it has derivatives to.
+        /// Names of the parameters and initial values with derivatives.
         names: Vec<String>,
     },
     /// An input has no samples.
@@ -33,27 +33,27 @@ pub enum Error {
         /// The input.
         name: String,
     },
-    /// Two lengths differ that must not.
+    /// Two lengths differ that must be equal.
     Length {
-        /// Of what.
+        /// Name of the list.
         of: String,
-        /// How many there are.
+        /// Its length.
         found: usize,
-        /// How many there should be.
+        /// The required length.
         expected: usize,
     },
-    /// There is no method of this name.
+    /// There is no method with this name.
     UnknownMethod(UnknownMethod),
-    /// Samples of inputs make no function of time.
+    /// Samples of inputs do not define a function of time.
     Inputs(InputError),
     /// A run ended early.
     Run {
-        /// Why.
+        /// The reason.
         error: IntegrateError,
-        /// What was reached.
+        /// The solution up to there.
         reached: Box<Solution>,
     },
-    /// There is no fit.
+    /// The fit failed.
     Fit(EstimateError),
     /// There is no steady state, or it was not found.
     SteadyState(SteadyStateError),

@@ -1,4 +1,4 @@
-//! Parameters from recordings.
+//! Estimates parameters from recordings.
 
 use dgd_identify::{OutputErrorProblem, Termination};
 use dgd_runtime::model::Model;
@@ -7,7 +7,7 @@ use dgd_runtime::{Direction, Inputs, Options};
 use crate::Error;
 use crate::problem::verify_parameters;
 
-/// What was measured in one experiment.
+/// The recording of one experiment.
 #[derive(Debug, Clone)]
 pub struct Recording {
     times: Vec<f64>,
@@ -21,7 +21,7 @@ impl Recording {
         Self { times: times.to_vec(), inputs: inputs.clone(), measured: Vec::new() }
     }
 
-    /// The same with the samples of an output, SI, one for each time and NaN where there is none.
+    /// Adds the samples of an output, SI, one for each time, NaN for missing ones.
     #[must_use]
     pub fn measured(mut self, output: &str, samples: &[f64]) -> Self {
         self.measured.push((output.to_owned(), samples.to_vec()));
@@ -56,11 +56,11 @@ impl Recording {
 pub struct Estimated {
     /// Its value, SI.
     pub value: f64,
-    /// Its standard deviation, SI; `None` where the data do not determine it, and at a bound.
+    /// Its standard deviation, SI; `None` if the data do not determine it, and at a bound.
     pub std: Option<f64>,
 }
 
-/// What a fit found.
+/// The result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
     found: dgd_identify::Fit,
@@ -74,26 +74,25 @@ impl Fit {
     ///
     /// [`Error::NoSuchName`].
     pub fn get(&self, parameter: &str) -> Result<Estimated, Error> {
-        let all = &self.found.estimates;
-        let found = all.iter().find(|estimate| estimate.name == parameter);
-        found.map(|estimate| Estimated { value: estimate.value, std: estimate.std }).ok_or_else(
+        let estimates = &self.found.estimates;
+        let matching = estimates.iter().find(|estimate| estimate.name == parameter);
+        matching.map(|estimate| Estimated { value: estimate.value, std: estimate.std }).ok_or_else(
             || {
                 Error::no_such_name(
                     "estimate of",
                     parameter,
-                    all.iter().map(|estimate| &estimate.name),
+                    estimates.iter().map(|estimate| &estimate.name),
                 )
             },
         )
     }
 
-    /// All parameters of the model with the estimates in their places, SI: what another
-    /// [`Problem`](crate::Problem) takes.
+    /// All parameters of the model with the estimates substituted, SI, for another [`Problem`](crate::Problem).
     pub fn parameters(&self) -> &[f64] {
         &self.found.p
     }
 
-    /// Whether a minimum was reached.
+    /// Whether the fit converged.
     pub fn is_converged(&self) -> bool {
         self.found.termination.is_converged()
     }
@@ -103,11 +102,11 @@ impl Fit {
         self.found.termination
     }
 
-    /// The root-mean-square error of an output in a recording, SI; `None` where it has no samples.
+    /// The root-mean-square residual of an output in a recording, SI; `None` without samples.
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchName`], [`Error::Length`] where there are fewer recordings.
+    /// [`Error::NoSuchName`], [`Error::Length`] if there are fewer recordings.
     pub fn rms(&self, output: &str, recording: usize) -> Result<Option<f64>, Error> {
         let position = self.outputs.iter().position(|own| own == output);
         let position =
@@ -122,8 +121,8 @@ impl Fit {
     }
 }
 
-/// Estimates the `free` parameters by simulating the recordings; all others keep their values. Noise is
-/// estimated from the residuals; bounds are the model's.
+/// Estimates the `free` parameters by simulating the recordings; all others keep their values. Noise is estimated from
+/// the residuals; bounds are the model's.
 ///
 /// # Errors
 ///
@@ -165,7 +164,7 @@ pub fn fit(
         }
     }
     problem.options = *options;
-    let found = dgd_identify::fit(&problem).map_err(Error::Fit)?;
+    let fitted = dgd_identify::fit(&problem).map_err(Error::Fit)?;
     let outputs = signature.outputs.iter().map(|output| output.name.to_string()).collect();
-    Ok(Fit { found, outputs })
+    Ok(Fit { found: fitted, outputs })
 }

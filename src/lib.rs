@@ -1,12 +1,12 @@
 //! A model in a small equation language, compiled to residuals, Jacobians and sensitivities.
 //!
-//! [`model!`] turns a `.dgd` file into a Rust module at compile time. A [`Problem`] is the model with
-//! parameters and inputs; [`simulate`] and [`sensitivities`] run it, and their [`Solution`] is read by name.
-//! [`fit`] estimates parameters from recordings, [`linearize`] gives A, B, C, D close to a point, [`ensemble`]
-//! runs many problems at a time. All numbers are in SI units.
+//! [`model!`] turns a `.dgd` file into a Rust module at compile time. A [`Problem`] is the model with parameters and
+//! inputs; [`simulate`] and [`sensitivities`] run it, and their [`Solution`] is read by name. [`fit`] estimates
+//! parameters from recordings, [`linearize`] gives A, B, C, D at a point, [`ensemble`] runs many problems in parallel.
+//! All numbers are in SI units.
 //!
 //! Fig 3.1 of Haukanes (2015): the level of a riser after a step of 10 % in the speed of a subsea pump, and its
-//! sensitivities to the pump's and the return line's coefficients.
+//! sensitivities to the coefficients of the pump and the return line.
 //!
 //! ```
 //! dgd::model!("models/pump_speed_step.dgd");
@@ -33,8 +33,8 @@
 //! }
 //! ```
 //!
-//! Another parameter is `Parameters { c0: 0.4, ..Parameters::default() }`, another start value
-//! `problem.start("h", 12.0)?`, another method `options.method(dgd::method("bdf")?)`.
+//! Other parameters are set with `Parameters { c0: 0.4, ..Parameters::default() }`, an initial value with
+//! `problem.start("h", 12.0)?`, and the method with `options.method(dgd::method("bdf")?)`.
 
 mod ensemble;
 mod error;
@@ -59,6 +59,6 @@ pub use linear::{At, LinearModel, Rows, linearize};
 pub use problem::{Problem, inputs, sensitivities, simulate};
 pub use solution::Solution;
 
-/// What generated code names.
+/// Used by generated code.
 #[doc(hidden)]
 pub use dgd_runtime as __runtime;

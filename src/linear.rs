@@ -1,27 +1,27 @@
-//! The linear model close to a point.
+//! The linear model at a point.
 
 use dgd_runtime::linearize::{Conserved, OperatingPoint, StateSpace, rest};
 use dgd_runtime::{Options, Solved, linearize as at_runtime};
 
 use crate::{Error, Problem, Solution};
 
-/// Where a model is linearised.
+/// The point of a linearisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum At {
-    /// Where a run from the first time is at the second, s.
+    /// The point of a run from the first to the second time, s.
     Run {
-        /// Where it begins.
+        /// Start of the run.
         from: f64,
-        /// Where it is linearised.
+        /// Its end, the point.
         until: f64,
     },
-    /// Where everything is at rest, with the inputs held as they are at this time, s. What the equations conserve has
-    /// its start value.
+    /// The steady state with the inputs held at their values at this time, s. Conserved quantities keep their initial
+    /// values.
     Steady(f64),
 }
 
-/// ẋ = A x + B u, w = C x + D u, all of them differences from the point.
+/// ẋ = A x + B u, w = C x + D u, where all quantities are differences from the point.
 #[derive(Debug, Clone)]
 pub struct LinearModel {
     states: Vec<String>,
@@ -74,18 +74,18 @@ impl LinearModel {
         rows(&self.found.d)
     }
 
-    /// Poles as (real, imaginary), 1/s, from the right to the left.
+    /// Poles as (real, imaginary), 1/s, from right to left.
     ///
     /// # Errors
     ///
-    /// [`Error::Linearize`] where the iteration for them does not converge.
+    /// [`Error::Linearize`] if the eigenvalue iteration does not converge.
     pub fn poles(&self) -> Result<Vec<(f64, f64)>, Error> {
         let poles = self.found.poles_beside(&self.conserved).map_err(Error::Linearize)?;
         Ok(poles.poles.iter().map(|pole| (pole.re, pole.im)).collect())
     }
 }
 
-/// The linear model of `problem` close to a point.
+/// The linear model of `problem` at a point.
 ///
 /// # Errors
 ///
@@ -95,24 +95,24 @@ pub fn linearize<M: Solved>(
     at: At,
     options: &Options,
 ) -> Result<LinearModel, Error> {
-    let given = problem.as_run()?;
+    let run = problem.as_run()?;
     let (point, conserved) = match at {
         At::Run { from, until } => {
-            let reached = OperatingPoint::reached(&given, from, until, options)
+            let reached = OperatingPoint::reached(&run, from, until, options)
                 .map_err(|error| Error::Run { error, reached: Box::new(Solution::default()) })?;
             (reached, Vec::new())
         }
         At::Steady(t) => {
-            let found = rest(&given, t, options).map_err(Error::SteadyState)?;
-            (found.at, found.conserved)
+            let steady = rest(&run, t, options).map_err(Error::SteadyState)?;
+            (steady.at, steady.conserved)
         }
     };
-    let found = at_runtime::linearize(&given, &point).map_err(Error::Linearize)?;
+    let linear = at_runtime::linearize(&run, &point).map_err(Error::Linearize)?;
     let signature = problem.model.signature();
-    let states = found.states.iter().map(|i| signature.unknowns.name(*i).to_string()).collect();
-    let inputs = (found.channels.iter())
+    let states = linear.states.iter().map(|i| signature.unknowns.name(*i).to_string()).collect();
+    let inputs = (linear.channels.iter())
         .map(|channel| signature.inputs[channel.input()].name.to_string())
         .collect();
     let outputs = signature.outputs.iter().map(|output| output.name.to_string()).collect();
-    Ok(LinearModel { states, inputs, outputs, found, conserved })
+    Ok(LinearModel { states, inputs, outputs, found: linear, conserved })
 }

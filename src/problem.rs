@@ -7,17 +7,17 @@ use dgd_runtime::{
 
 use crate::{Error, Solution};
 
-/// A model with parameters, inputs and start values, all in SI units.
+/// A model with parameters, inputs and initial values, all in SI units.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Problem<'a, M> {
     /// The model.
     pub model: &'a M,
-    /// All its parameters, in its order.
+    /// All its parameters, in the model's order.
     pub parameters: Vec<f64>,
-    /// What drives it.
+    /// Its inputs.
     pub inputs: &'a Inputs,
-    /// Start values that replace the model's, by position of the unknown ([`Problem::start`] takes a name).
+    /// Initial values that replace the model's, by index of the unknown ([`Problem::start`] takes a name).
     pub start: Vec<(usize, f64)>,
 }
 
@@ -29,13 +29,13 @@ impl<M> Clone for Problem<'_, M> {
 }
 
 impl<'a, M: Solved> Problem<'a, M> {
-    /// The model with these parameters and inputs, and its own start values. Parameters are a reference to the
+    /// The model with these parameters and inputs, and its own initial values. Parameters are a reference to the
     /// model's `Parameters`, or a slice of all of them in the model's order.
     pub fn new(model: &'a M, parameters: impl Into<Vec<f64>>, inputs: &'a Inputs) -> Self {
         Self { model, parameters: parameters.into(), inputs, start: Vec::new() }
     }
 
-    /// The same, with another start value of an unknown, SI. Of an algebraic unknown it is a first guess.
+    /// Sets the initial value of an unknown, SI; for an algebraic unknown it is a guess.
     ///
     /// # Errors
     ///
@@ -50,7 +50,7 @@ impl<'a, M: Solved> Problem<'a, M> {
         Ok(self)
     }
 
-    /// As the solvers take it.
+    /// The problem in the form of the solvers.
     pub(crate) fn as_run(&self) -> Result<dgd_runtime::Problem<'_, M>, Error> {
         let signature = self.model.signature();
         verify_parameters(signature, self.parameters.len())?;
@@ -60,8 +60,8 @@ impl<'a, M: Solved> Problem<'a, M> {
         }
         let n = signature.unknowns.len();
         if let Some((unknown, _)) = self.start.iter().find(|(unknown, _)| *unknown >= n) {
-            let of = format!("the start value of unknown {unknown}");
-            return Err(Error::Length { of, found: *unknown, expected: n });
+            let name = format!("the start value of unknown {unknown}");
+            return Err(Error::Length { of: name, found: *unknown, expected: n });
         }
         let Self { model, parameters, inputs, start } = self;
         Ok(dgd_runtime::Problem { system: *model, p: parameters, inputs, start })
@@ -76,9 +76,8 @@ pub(crate) fn verify_parameters(signature: &Signature, found: usize) -> Result<(
     Err(Error::Length { of: "parameters".to_owned(), found, expected })
 }
 
-/// Inputs of a model from samples at `times`, s, by their names and in any order; SI units. Between samples
-/// they are held, or go along straight lines, as the model declares them. Two samples at one time are the
-/// values before and after a jump.
+/// Inputs of a model from samples at `times`, s, by name and in any order; SI units. Between samples they are held or
+/// interpolated linearly, as the model declares them. Two samples at one time are the values before and after a jump.
 ///
 /// # Errors
 ///
@@ -110,35 +109,35 @@ pub fn inputs<M: Solved>(
     Ok(Inputs::recorded(times, &columns)?)
 }
 
-/// Runs from the first of the asked `times` to the last, s, and gives the unknowns and outputs at each.
+/// Runs from the first to the last of `times`, s, and returns the unknowns and outputs at each.
 ///
-/// Times ascend; one that occurs twice means just before and just after a jump of the inputs.
+/// Times ascend; a repeated time means just before and just after a jump of the inputs.
 ///
 /// # Errors
 ///
-/// [`Error::Length`]; [`Error::Run`] with what was reached.
+/// [`Error::Length`]; [`Error::Run`] with the solution up to there.
 pub fn simulate<M: Solved>(
     problem: &Problem<'_, M>,
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Error> {
-    let given = problem.as_run()?;
-    ended(&given, run(&given, times, options))
+    let problem_run = problem.as_run()?;
+    ended(&problem_run, run(&problem_run, times, options))
 }
 
-/// [`simulate`], with the derivatives of all unknowns and outputs to what the model has sensitivities to: all
-/// parameters, unless [`model!`](crate::model) was told which.
+/// [`simulate`] with the derivatives of all unknowns and outputs with respect to the directions of the model: all
+/// parameters, unless [`model!`](crate::model) names others.
 ///
 /// # Errors
 ///
-/// As [`simulate`].
+/// Those of [`simulate`].
 pub fn sensitivities<M: Solved>(
     problem: &Problem<'_, M>,
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Error> {
-    let given = problem.as_run()?;
-    ended(&given, run_with_sensitivities(&given, times, options))
+    let problem_run = problem.as_run()?;
+    ended(&problem_run, run_with_sensitivities(&problem_run, times, options))
 }
 
 fn ended<M: Solved>(
@@ -154,7 +153,7 @@ fn ended<M: Solved>(
         Ok(run) => Ok(with_outputs(run)),
         Err(failure) => {
             let reached = Box::new(match failure.error {
-                // Without inputs there is nothing that outputs could be evaluated with.
+                // Without inputs, outputs cannot be evaluated.
                 dgd_runtime::IntegrateError::Inputs(_) => Solution::default(),
                 _ => with_outputs(*failure.partial),
             });

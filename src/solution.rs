@@ -1,4 +1,4 @@
-//! What a run gives, by name.
+//! The result of a run, by name.
 
 use std::collections::BTreeMap;
 
@@ -7,13 +7,13 @@ use dgd_runtime::{Event, Observations, OneSided, Signature, Statistics, Undefine
 
 use crate::Error;
 
-/// Unknowns and outputs at the asked times, SI.
+/// Unknowns and outputs at the requested times, SI.
 #[derive(Debug, Clone, Default)]
 pub struct Solution {
     times: Vec<f64>,
-    /// Values at all times by name; an output that has the name of an unknown is that unknown.
+    /// Values at all times by name; an output with the name of an unknown equals that unknown.
     values: BTreeMap<String, Vec<f64>>,
-    /// Derivatives at all times by the names of what and to what.
+    /// Derivatives at all times by the names of numerator and denominator.
     derivatives: BTreeMap<(String, String), Vec<f64>>,
     events: Vec<Event>,
     undefined: Vec<UndefinedSensitivity>,
@@ -36,9 +36,9 @@ impl Solution {
         for j in 0..n_s {
             let of_unknown = |i: usize| column(&run.s, n * n_s, j * n + i);
             let of_output = |i: usize| column(&outputs.dw, n_w * n_s, j * n_w + i);
-            let to = signature.direction_name(j).to_string();
+            let parameter = signature.direction_name(j).to_string();
             let slopes = by_name(signature, of_unknown, of_output).into_iter();
-            derivatives.extend(slopes.map(|(of, slopes)| ((of, to.clone()), slopes)));
+            derivatives.extend(slopes.map(|(of, slopes)| ((of, parameter.clone()), slopes)));
         }
         Self {
             times: run.times,
@@ -59,7 +59,7 @@ impl Solution {
         Self { times, values, statistics, ..Self::default() }
     }
 
-    /// The asked times that were reached, s.
+    /// The requested times that were reached, s.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -70,12 +70,12 @@ impl Solution {
     ///
     /// [`Error::NoSuchName`].
     pub fn get(&self, name: &str) -> Result<&[f64], Error> {
-        let found = self.values.get(name).map(Vec::as_slice);
-        found.ok_or_else(|| Error::no_such_name("state or output", name, self.values.keys()))
+        let values = self.values.get(name).map(Vec::as_slice);
+        values.ok_or_else(|| Error::no_such_name("state or output", name, self.values.keys()))
     }
 
-    /// ∂`of`/∂`to` at all times, SI; NaN where it is undefined ([`Solution::undefined`]). `to` is a parameter,
-    /// or a state for the derivative to its start value.
+    /// ∂`of`/∂`to` at all times, SI; NaN where it is undefined ([`Solution::undefined`]). `to` is a parameter, or a
+    /// state for the derivative with respect to its initial value.
     ///
     /// # Errors
     ///
@@ -99,28 +99,28 @@ impl Solution {
         self.values.keys().map(String::as_str)
     }
 
-    /// Changes of mode, in the order in which they happened.
+    /// Changes of mode, in order of time.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
 
-    /// Where sensitivities are undefined, and why.
+    /// Intervals in which sensitivities are undefined, with the reason.
     pub fn undefined(&self) -> &[UndefinedSensitivity] {
         &self.undefined
     }
 
-    /// Thresholds at which the run began, so that sensitivities to what moves them are one-sided.
+    /// Thresholds at which the run began, where the sensitivities that move them are one-sided.
     pub fn one_sided(&self) -> &[OneSided] {
         &self.one_sided
     }
 
-    /// Work done.
+    /// Number of steps and evaluations.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
 }
 
-/// Unknowns and outputs by their names; an unknown stands for the output of its name.
+/// Unknowns and outputs by name; an unknown takes precedence over an output with its name.
 fn by_name(
     signature: &Signature,
     unknown: impl Fn(usize) -> Vec<f64>,

@@ -1,17 +1,17 @@
-//! What the benchmarks share: how a time is taken.
+//! Timing for the benchmarks.
 
 use std::time::{Duration, Instant};
 
 /// Times of repeated runs.
 #[derive(Debug, Clone, Copy)]
 pub struct Times {
-    /// The shortest: what the work costs when nothing disturbs it.
+    /// The shortest: the cost of the work without disturbance.
     pub least: Duration,
     /// The median.
     pub median: Duration,
 }
 
-/// Runs `work` for about `span`, at least five times, and takes each run's time.
+/// Runs `work` for about `span`, at least five times, and measures each run.
 pub fn measure<T>(span: Duration, mut work: impl FnMut() -> T) -> Times {
     let begin = Instant::now();
     let mut times = Vec::new();
@@ -24,7 +24,7 @@ pub fn measure<T>(span: Duration, mut work: impl FnMut() -> T) -> Times {
     Times { least: times[0], median: times[times.len() / 2] }
 }
 
-/// Peak memory of this process so far, in MB, where the system tells.
+/// Peak memory of this process so far, in MB, if the system reports it.
 pub fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

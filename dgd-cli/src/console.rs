@@ -1,4 +1,4 @@
-//! What goes to the terminal: results, remarks and mistakes.
+//! Terminal output: results, remarks and mistakes.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -17,13 +17,13 @@ use crate::failure::CommandError;
 use crate::table_file::TableFormat;
 use crate::targets::Targets;
 
-/// Standard output and standard error, as the global options want them.
+/// Standard output and standard error, configured by the global options.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Console<'a> {
     global: &'a Global,
-    /// What is written, where that was found.
+    /// The files to be written, if already determined.
     targets: Option<&'a Targets>,
-    /// Whether programs read line after line, each of them JSON, and not one document.
+    /// Whether the output is JSON lines instead of one document.
     in_lines: bool,
 }
 
@@ -32,22 +32,22 @@ impl<'a> Console<'a> {
         Console { global, targets: None, in_lines: false }
     }
 
-    /// For a command that writes these.
+    /// The console of a command that writes these files.
     pub(crate) fn writing(self, targets: &'a Targets) -> Self {
         Console { targets: Some(targets), ..self }
     }
 
-    /// Checks that nothing takes the place of a file that was read.
+    /// Checks that no output would replace a file that was read.
     pub(crate) fn spare(self, sources: &Sources) -> Result<(), WorkError> {
         self.targets.map_or(Ok(()), |targets| targets.spare(sources))
     }
 
-    /// Who asks for work that nobody stops on its way.
+    /// A session without progress or cancellation.
     pub(crate) fn session(&self) -> Session<'_> {
         Session::new(self).with_seed(self.seed()).with_threads(self.threads())
     }
 
-    /// For programs that read line after line.
+    /// The console for programs that read JSON lines.
     pub(crate) fn in_lines(self) -> Self {
         Console { in_lines: true, ..self }
     }
@@ -56,24 +56,24 @@ impl<'a> Console<'a> {
         self.global.format == Format::Json
     }
 
-    /// Whether the result is JSON: it is asked for, or its file is called so.
+    /// Whether the result is JSON, by option or by the name of its file.
     pub(crate) fn writes_json(self) -> bool {
         let is_called = |path: &Path| path.extension().is_some_and(|ending| ending == "json");
         self.is_json() || self.out().is_some_and(is_called)
     }
 
-    /// Whether anybody gets the whole result as JSON.
+    /// Whether the whole result is needed as JSON.
     pub(crate) fn needs_json(self) -> bool {
         let is_document = |path| self.table_format(path).is_ok_and(TableFormat::is_document);
         self.is_json() || self.out().is_some_and(is_document)
     }
 
-    /// What a table is written as to `--out`.
+    /// The format of a table written to `--out`.
     pub(crate) fn table_format(self, path: &Path) -> Result<TableFormat, CommandError> {
         TableFormat::of(path, self.global.format)
     }
 
-    /// Writes the result to `--out`, whole or not at all, or to standard output.
+    /// Writes the result to `--out`, atomically, or to standard output.
     pub(crate) fn result(self, text: &str) -> Result<(), CommandError> {
         match self.out() {
             Some(_) => self.write(text),
@@ -106,39 +106,38 @@ impl<'a> Console<'a> {
         self.global.seed
     }
 
-    /// Threads for what runs many simulations.
+    /// Threads for many simulations.
     pub(crate) fn threads(self) -> usize {
-        let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        self.global.threads.unwrap_or_else(all)
+        let processors = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        self.global.threads.unwrap_or_else(processors)
     }
 
-    /// Most memory, bytes, where the command line says so.
+    /// The memory limit in bytes, if given on the command line.
     pub(crate) fn memory_asked(self) -> Option<u64> {
         self.global.memory
     }
 
-    /// Threads, where the command line says so.
+    /// The number of threads, if given on the command line.
     pub(crate) fn threads_asked(self) -> Option<usize> {
         self.global.threads
     }
 
-    /// Says something about the run on standard error, unless told to be quiet.
+    /// Prints a remark to standard error, except with `--quiet`.
     pub(crate) fn remark(self, text: &str) {
         if !self.global.quiet {
             complain(&visible(text));
         }
     }
 
-    /// Shows a diagnostic that is not an error.
+    /// Prints a diagnostic that is not an error.
     pub(crate) fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
         if !self.global.quiet {
-            // Drawn with escapes of its own, and none of another.
+            // The diagnostic is drawn with its own escapes, and others are removed.
             complain(render::render_note(diagnostic, sources, self.style()).trim_end());
         }
     }
 
-    /// Shows why a command did not succeed: to people on standard error, to programs where they
-    /// look for the result.
+    /// Reports the failure of a command: as text on standard error, or as JSON with the result.
     pub(crate) fn failure(self, error: &CommandError) {
         match error {
             CommandError::Diagnosed { diagnostics, sources } if self.is_json() => {
@@ -149,13 +148,13 @@ impl<'a> Console<'a> {
                 self.print_or_complain(&json!({ "diagnostics": entries }));
             }
             CommandError::Diagnosed { diagnostics, sources } => {
-                let all: Vec<&Diagnostic> = diagnostics.iter().collect();
-                complain(render::render(&all, sources, self.style()).trim_end());
+                let sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
+                complain(render::render(&sorted, sources, self.style()).trim_end());
                 if let Some(words) = mended(diagnostics, sources) {
                     self.remark(&words);
                 }
             }
-            // The user knows: the result says so as well.
+            // The user caused it, and the result reports it.
             CommandError::Interrupted(message) => self.remark(message),
             CommandError::Found(message)
             | CommandError::Shown(message)
@@ -163,7 +162,7 @@ impl<'a> Console<'a> {
             | CommandError::Computation(message)
             | CommandError::Stopped(message) => {
                 let shown = visible(message);
-                // The result that was written says why, and there is one result.
+                // The written result contains the reason, and there must be only one document.
                 let is_written = matches!(error, CommandError::Shown(_) | CommandError::Stopped(_));
                 if self.is_json() && !is_written {
                     self.print_or_complain(&json!({ "error": message }));
@@ -176,7 +175,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// Prints to standard output, or complains where that is not possible.
+    /// Prints to standard output, or reports on standard error that it failed.
     fn print_or_complain(self, value: &Value) {
         let text = if self.in_lines { format!("{value}\n") } else { json_text(value) };
         if let Err(error) = print(&text) {
@@ -226,7 +225,7 @@ impl Listener for Console<'_> {
     }
 }
 
-/// How many mistakes `dgd check --fix` mends, and of which file; nothing where that is none.
+/// How many mistakes `dgd check --fix` can fix, and in which file; `None` without fixes.
 fn mended(diagnostics: &[Diagnostic], sources: &Sources) -> Option<String> {
     let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_ref());
     let fixes: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
@@ -243,12 +242,12 @@ fn mended(diagnostics: &[Diagnostic], sources: &Sources) -> Option<String> {
     Some(format!("`dgd check {file} --fix` mends {what}"))
 }
 
-/// Prints what people read to standard output, with nothing in it that a terminal would obey.
+/// Prints text to standard output, without control characters that a terminal would interpret.
 pub(crate) fn print_text(text: &str) -> Result<(), CommandError> {
     print(&visible(text))
 }
 
-/// Prints to standard output; a reader that went away is not an error.
+/// Prints to standard output; a closed pipe is not an error.
 pub(crate) fn print(text: &str) -> Result<(), CommandError> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -259,17 +258,17 @@ pub(crate) fn print(text: &str) -> Result<(), CommandError> {
     }
 }
 
-/// Says why the program is about to end, where programs look for it or on standard error.
+/// Reports why the program is about to end, as JSON or on standard error.
 pub(crate) fn last_words(message: &str) {
     if command_line::wants_json() {
-        // Where the reader went away, the exit code still says it.
+        // If the pipe is closed, the exit code still reports it.
         let _ = print(&format!("{}\n", json!({ "error": message })));
     } else {
         complain(&format!("error: {}", visible(message)));
     }
 }
 
-/// Prints a line to standard error; there is nowhere to report that this failed.
+/// Prints a line to standard error; a failure cannot be reported anywhere.
 pub(crate) fn complain(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }

@@ -1,17 +1,17 @@
-//! What a user sees of a mistake in dgd itself: one sentence, and what to report.
+//! Reports a bug in dgd itself: one sentence, with the information to report.
 
 use std::any::Any;
 use std::fmt;
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::{Mutex, PoisonError};
 
-/// The exit code of a mistake in dgd: `EX_SOFTWARE` of sysexits.h.
+/// The exit code for a bug in dgd: `EX_SOFTWARE` of sysexits.h.
 pub(crate) const CRASHED: u8 = 70;
 
-/// The first panic, which those of other threads follow from.
+/// The first panic, which causes those of other threads.
 static FIRST: Mutex<Option<Crash>> = Mutex::new(None);
 
-/// A panic: where, and what it said.
+/// A panic: its place and message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Crash {
     place: String,
@@ -32,9 +32,9 @@ impl fmt::Display for Crash {
     }
 }
 
-/// Runs this; a panic in it, or in threads that it waits for, becomes a [`Crash`].
+/// Runs a function; a panic in it, or in threads that it waits for, becomes a [`Crash`].
 ///
-/// Panics say nothing by themselves, unless a backtrace is asked for by `RUST_BACKTRACE`.
+/// Panics print nothing by themselves, unless `RUST_BACKTRACE` requests a backtrace.
 pub(crate) fn caught<T>(run: impl FnOnce() -> T) -> Result<T, Crash> {
     let speaks = std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0");
     let before = panic::take_hook();
@@ -67,7 +67,7 @@ impl Crash {
 fn words(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().copied();
     let text = text.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
-    // One line, whatever it quotes.
+    // A single line, whatever the message contains.
     text.unwrap_or("no message").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

@@ -1,4 +1,4 @@
-//! How a command ends when it does not succeed.
+//! Failures of commands, and their exit codes.
 
 use std::fmt;
 
@@ -6,41 +6,41 @@ use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
 use dgd_compiler::source::Sources;
 use dgd_work::{Ended, WorkError};
 
-/// Why a command did not succeed; each kind has its exit code.
+/// The reason why a command failed; each kind has its exit code.
 #[derive(Debug)]
 pub(crate) enum CommandError {
-    /// The model or the data has mistakes, which have been collected: 1.
+    /// The model or the data has mistakes: 1.
     Diagnosed {
         /// The mistakes.
         diagnostics: Vec<Diagnostic>,
         /// Where they are.
         sources: Sources,
     },
-    /// A file cannot be read or written, or `--check` found something: 1.
+    /// A file cannot be read or written, or `--check` found a fault: 1.
     Found(String),
-    /// The command line asks for something that makes no sense: 2.
+    /// The command line is invalid: 2.
     Usage(String),
-    /// The result, which has been written, has what was looked for: 1.
+    /// The written result contains a finding: 1.
     Shown(String),
     /// The computation failed: 3.
     Computation(String),
-    /// The computation stopped on its way, and what it reached has been written with the reason: 3.
+    /// The computation ended early, and the partial result was written with the reason: 3.
     Stopped(String),
-    /// Ctrl-C stopped it, and what it reached has been written: 130.
+    /// It was cancelled with Ctrl-C, and the partial result was written: 130.
     Interrupted(String),
 }
 
-/// The exit code of what Ctrl-C ended: 128 and the number of the signal, as shells have it.
+/// The exit code after Ctrl-C: 128 plus the number of the signal, as in shells.
 pub(crate) const INTERRUPTED: u8 = 130;
 
 impl CommandError {
-    /// What was diagnosed so far.
+    /// The diagnostics so far.
     pub(crate) fn diagnosed(diagnostics: &Diagnostics, sources: Sources) -> Self {
         let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
         CommandError::Diagnosed { diagnostics, sources }
     }
 
-    /// The same, where the result says so already.
+    /// The same failure after the result has reported it.
     pub(crate) fn written(self) -> Self {
         match self {
             CommandError::Found(message) => CommandError::Shown(message),
@@ -49,19 +49,19 @@ impl CommandError {
         }
     }
 
-    /// How a command ends whose work ended so.
+    /// Converts the outcome of a task.
     pub(crate) fn of(ended: Ended) -> Result<(), CommandError> {
         match ended {
             Ended::Done => Ok(()),
             Ended::Found(message) => Err(CommandError::Shown(message)),
             Ended::Interrupted(message) => Err(CommandError::Interrupted(message)),
             Ended::Stopped(message) => Err(CommandError::Stopped(message)),
-            // A new way to end is never taken for success.
+            // An unknown outcome is never taken for success.
             other => Err(CommandError::Stopped(format!("{other:?}"))),
         }
     }
 
-    /// The exit code promised for it.
+    /// Its exit code.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             CommandError::Diagnosed { .. } | CommandError::Found(_) | CommandError::Shown(_) => 1,
@@ -81,7 +81,7 @@ impl From<WorkError> for CommandError {
             WorkError::Found(message) => CommandError::Found(message),
             WorkError::Usage(message) => CommandError::Usage(message),
             WorkError::Interrupted(message) => CommandError::Interrupted(message),
-            // A new error counts as a failure of the work.
+            // An unknown error counts as a failed computation.
             other => CommandError::Computation(other.to_string()),
         }
     }

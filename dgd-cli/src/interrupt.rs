@@ -1,4 +1,4 @@
-//! Ctrl-C: it ends the program with nothing half written, unless a computation minds it by itself.
+//! Ctrl-C: ends the program without incomplete files, unless a computation handles it.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -8,10 +8,10 @@ use crate::failure::INTERRUPTED;
 
 type Act = Box<dyn FnMut() + Send>;
 
-/// What Ctrl-C does at present; none ends the program.
+/// The current action on Ctrl-C; without one, the program ends.
 static ACT: Mutex<Option<Act>> = Mutex::new(None);
 
-/// Minds Ctrl-C from now on. Where that cannot be had, Ctrl-C does what it does without.
+/// Handles Ctrl-C from now on. If the handler cannot be installed, Ctrl-C keeps its default action.
 pub(crate) fn mind() {
     let _ =
         ctrlc::set_handler(|| match ACT.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
@@ -20,15 +20,15 @@ pub(crate) fn mind() {
         });
 }
 
-/// Has Ctrl-C do this.
+/// Sets the action on Ctrl-C.
 pub(crate) fn on_interrupt(act: impl FnMut() + Send + 'static) {
     *ACT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(act));
     mind();
 }
 
-/// Removes what is half written, and ends the program.
+/// Removes incomplete files, and ends the program.
 pub(crate) fn end() -> ! {
-    // Held to the end, so that nothing new is begun.
+    // Held to the end, so that no new file is begun.
     let _held = files::abandon();
     std::process::exit(INTERRUPTED.into())
 }

@@ -1,4 +1,4 @@
-//! The `dgd` command: arguments, and the commands themselves.
+//! The `dgd` command: arguments, and the commands.
 
 mod args;
 mod command;
@@ -29,13 +29,13 @@ use targets::Targets;
 
 /// Runs the command line of this process.
 ///
-/// Exit codes: 0 done, 1 the model or data has errors or a check found something, 2 wrong usage,
-/// 3 the computation failed, 70 dgd itself has a mistake, 130 it was stopped by Ctrl-C.
+/// Exit codes: 0 done, 1 the model or data has errors or a check found something, 2 wrong usage, 3 the computation
+/// failed, 70 a bug in dgd itself, 130 cancelled with Ctrl-C.
 pub fn run() -> ExitCode {
     ExitCode::from(run_words(std::env::args_os().skip(1).collect()))
 }
 
-/// Runs a command line that another program was given, such as an interpreter of a script: the words behind `dgd`. A
+/// Runs a command line that another program received, such as a script interpreter: the arguments after `dgd`. A
 /// process runs one. The exit code is that of [`run`]; wrong usage and Ctrl-C end the process.
 pub fn run_words(words: Vec<OsString>) -> u8 {
     command_line::set(words);
@@ -48,8 +48,8 @@ pub fn run_words(words: Vec<OsString>) -> u8 {
     }
 }
 
-/// The same, for a program that other words start: `start` are those before `dgd`'s own, and `file` has its code. Work on
-/// many wells starts it again.
+/// The same for a program with another command: `start` is the command before dgd's arguments, and `file` the file with
+/// its code. Jobs start it again.
 pub fn run_words_of(start: Vec<OsString>, file: PathBuf, words: Vec<OsString>) -> u8 {
     command_line::set_program(start, file);
     run_words(words)
@@ -57,7 +57,7 @@ pub fn run_words_of(start: Vec<OsString>, file: PathBuf, words: Vec<OsString>) -
 
 fn run_once() -> u8 {
     let cli = parsed();
-    // A computation that can be stopped on its way minds Ctrl-C by itself.
+    // A computation that can be cancelled handles Ctrl-C by itself.
     if !minds_ctrl_c(&cli.command) {
         interrupt::mind();
     }
@@ -76,7 +76,7 @@ fn run_once() -> u8 {
     }
 }
 
-/// Whether a command minds Ctrl-C by itself, once its computation has begun.
+/// Whether a command handles Ctrl-C by itself once its computation has begun.
 fn minds_ctrl_c(command: &Command) -> bool {
     matches!(
         command,
@@ -102,7 +102,7 @@ fn parsed() -> Cli {
             std::process::exit(error.exit_code());
         }
         let shown = visible(&text);
-        // Arguments are quoted as typed, and a pattern may have typed a file's name.
+        // Arguments are quoted as typed, and a shell pattern may have inserted a file's name.
         if error.use_stderr() && shown != text {
             console::complain(shown.trim_end());
             std::process::exit(error.exit_code());
@@ -138,13 +138,13 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
     }
 }
 
-/// Whether these words behind `dgd` are a command line, or else what is wrong with them.
+/// Whether these arguments after `dgd` are a valid command line; otherwise the error.
 ///
-/// For the tests of the documentation: nothing is run, and no file is looked at.
+/// For tests of the documentation: nothing is run, and no file is read.
 ///
 /// # Errors
 ///
-/// What `dgd` would say on standard error.
+/// The message that `dgd` would print on standard error.
 pub fn verify_arguments(words: &[String]) -> Result<(), String> {
     let line = std::iter::once("dgd").chain(words.iter().map(String::as_str));
     match Cli::try_parse_from(line) {

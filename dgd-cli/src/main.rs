@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use dgd_scratch::Scratch;
 
-/// What `--memory` limits; a library cannot choose it for the programs that use it.
+/// Allocator that implements `--memory`; a library cannot choose it for the programs that use it.
 #[global_allocator]
 static ALLOCATOR: Scratch = Scratch;
 

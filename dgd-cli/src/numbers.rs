@@ -1,4 +1,4 @@
-//! Numbers on the command line: what an option takes is checked before anything is read.
+//! Parsers for numbers on the command line, which check values before anything is read.
 
 use std::str::FromStr;
 
@@ -12,7 +12,7 @@ fn accepted(text: &str, is_allowed: impl Fn(f64) -> bool, what: &str) -> Result<
     number(text).filter(|value| is_allowed(*value)).ok_or_else(|| what.to_owned())
 }
 
-/// A relative tolerance. Beyond 1 nothing is controlled, and below this nothing is resolved.
+/// A relative tolerance. Values above 1 control nothing, and values below this limit cannot be resolved.
 pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
     const LEAST: f64 = 1e-15;
     accepted(
@@ -22,7 +22,7 @@ pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
     )
 }
 
-/// A time span, a variance.
+/// A time span or a variance.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     accepted(text, |value| value > 0.0, "this must be a number above 0")
 }
@@ -32,34 +32,34 @@ pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
     accepted(text, |value| value >= 0.0, "this must be 0 or a number above it")
 }
 
-/// A time on the data's axis.
+/// A time on the axis of the data.
 pub(crate) fn moment(text: &str) -> Result<f64, String> {
     seconds(text).ok_or_else(|| "this must be a time: 90, which is in s, or 1.5min, 24h".to_owned())
 }
 
-/// A forgetting factor, an absolute tolerance as a fraction.
+/// A forgetting factor, or an absolute tolerance as a fraction.
 pub(crate) fn factor(text: &str) -> Result<f64, String> {
     accepted(text, |value| value > 0.0 && value <= 1.0, "this must be a number above 0 and up to 1")
 }
 
-/// A seed, or how many of something there may be.
+/// A seed, or an upper bound of a count.
 pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "this must be a whole number, 0 or more".to_owned())
 }
 
-/// How many of something there are to be.
+/// A count of at least 1.
 pub(crate) fn count(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| (1..=MOST).contains(count));
     count.ok_or_else(|| format!("this must be a whole number, 1 or more, up to {MOST}"))
 }
 
-/// How many of something there are to be, if any, or the number of one of them.
+/// A count of at least 0, or an index.
 pub(crate) fn count_or_none(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| *count <= MOST);
     count.ok_or_else(|| format!("this must be a whole number, 0 or more, up to {MOST}"))
 }
 
-/// The largest count: of fits, data sets, threads.
+/// The largest count of fits, data sets, threads.
 const MOST: usize = 1_000_000;
 
 /// An amount of memory.
@@ -67,14 +67,14 @@ pub(crate) fn size(text: &str) -> Result<u64, String> {
     dgd_job::bytes(text).ok_or_else(|| "this must be a size, as in 500MB or 2GB".to_owned())
 }
 
-/// A port of this machine; 0 is a free one.
+/// A port on this machine; 0 selects a free one.
 pub(crate) fn port(text: &str) -> Result<u16, String> {
     text.parse().map_err(|_| {
         "this must be a port, a whole number from 1 to 65535, or 0 for a free one".to_owned()
     })
 }
 
-/// A length of time, as people write it: `60s`, `5min`, `2 [h]`, or a number of seconds.
+/// A length of time: `60s`, `5min`, `2 [h]`, or a number of seconds.
 pub(crate) fn time(text: &str) -> Result<f64, String> {
     let length = seconds(text).filter(|length| *length > 0.0);
     length.ok_or_else(|| "this must be a length of time: 60, which is in s, or 5min, 2h".to_owned())

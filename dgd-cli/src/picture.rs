@@ -1,4 +1,4 @@
-//! Figures as files, by their ending.
+//! Figures as files, with the format given by the extension.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::command_line::command_line;
 use crate::console::Console;
 use crate::failure::CommandError;
 
-/// Formats of pictures, by ending.
+/// Image formats, by extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Picture {
     Svg,
@@ -19,7 +19,7 @@ enum Picture {
     Html,
 }
 
-/// What is drawn into a file.
+/// Content of an image file.
 pub(crate) enum Drawing {
     /// A figure.
     Figure(Figure),
@@ -27,8 +27,8 @@ pub(crate) enum Drawing {
     Page(String),
 }
 
-/// A result as its files show it: the figure in pictures, the page where a file is one. Neither is made where no file
-/// shows it; a page is told the command line.
+/// The drawings of a result for these files: the figure for images, the page for HTML. Each is only made if a file
+/// needs it; the page gets the command line.
 pub(crate) fn drawings<'a>(
     paths: impl IntoIterator<Item = &'a PathBuf>,
     figure: impl Fn() -> Figure,
@@ -45,7 +45,7 @@ pub(crate) fn drawings<'a>(
     paths.into_iter().map(drawing).collect()
 }
 
-/// Whether a file is a page by its name.
+/// Whether a file is a page, by its extension.
 pub(crate) fn is_page(path: &Path) -> bool {
     picture(path).is_ok_and(|format| format == Picture::Html)
 }
@@ -64,7 +64,7 @@ fn picture(path: &Path) -> Result<Picture, CommandError> {
     }
 }
 
-/// Checks the endings before anything is computed.
+/// Checks the extensions before anything is computed.
 pub(crate) fn verify_formats(paths: &[PathBuf]) -> Result<(), CommandError> {
     paths.iter().try_for_each(|path| picture(path).map(|_| ()))
 }

@@ -1,4 +1,4 @@
-//! What a person sees of a long computation, and what Ctrl-C does to it.
+//! Progress of a long computation on the terminal, and its reaction to Ctrl-C.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Arc, Mutex};
@@ -12,25 +12,25 @@ use dgd_work::{Listener, Remark, Session, WorkError};
 use crate::console::Console;
 use crate::interrupt::{self, on_interrupt};
 
-/// The line is drawn no more often than this.
+/// Shortest interval between updates of the line.
 const BETWEEN: Duration = Duration::from_millis(100);
 
-/// Nothing is said of the time that is left before so much has gone by.
+/// Elapsed time before the remaining time is estimated.
 const TOO_SOON: Duration = Duration::from_secs(1);
 
-/// Longest line, in characters: what a terminal has at least.
+/// Longest line in characters, so that it fits any terminal.
 const WIDTH: usize = 79;
 
-/// What becomes of a search that Ctrl-C stops.
+/// Message for a search that Ctrl-C stops.
 pub(crate) const BEST_SO_FAR: &str = "stopping at the best so far";
 
-/// What becomes of a run that Ctrl-C stops.
+/// Message for a run that Ctrl-C stops.
 pub(crate) const ROWS_SO_FAR: &str = "stopping; the rows so far are kept";
 
-/// What becomes of a computation with no result on its way.
+/// Message for a computation without partial results.
 pub(crate) const NOTHING: fn(bool) -> &'static str = |_| "stopped by Ctrl-C: there is no result";
 
-/// Shows how far a computation is, on a terminal, and knows whether it is to stop.
+/// Shows the progress of a computation on a terminal, and handles its cancellation.
 #[derive(Debug)]
 pub(crate) struct ProgressDisplay<'a> {
     console: Console<'a>,
@@ -38,28 +38,28 @@ pub(crate) struct ProgressDisplay<'a> {
     shared: Arc<Shared>,
 }
 
-/// What Ctrl-C does once the computation has begun.
+/// Action of Ctrl-C once the computation has begun.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Interrupt {
-    /// The first one asks it to stop, and says what becomes of it; the second ends the program.
+    /// The first one requests a stop, with this message; the second ends the program.
     Stops(&'static str),
-    /// It ends the program, which says this, depending on whether finished work is kept.
+    /// It ends the program with a message that depends on whether there is a journal.
     Ends(fn(bool) -> &'static str),
 }
 
-/// What the runs of this process look at: one command line is run.
+/// Cancel flag of the runs of this process, which executes a single command line.
 static RUNS: Watched = Watched::new();
 
 #[derive(Debug)]
 struct Shared {
-    /// Whether results are written: what is ended then would leave half of them.
+    /// Whether results are being written, when ending would leave them incomplete.
     is_writing: Mutex<bool>,
-    /// None where nobody looks.
+    /// `None` if progress is not shown.
     line: Option<Mutex<Line>>,
 }
 
 impl<'a> ProgressDisplay<'a> {
-    /// Of a computation that Ctrl-C stops or ends.
+    /// For a computation that Ctrl-C stops or ends.
     pub(crate) fn new(console: Console<'a>, interrupt: Interrupt) -> Self {
         let for_a_program = console.is_json() && !io::stdout().is_terminal();
         let is_seen = io::stderr().is_terminal() && !console.is_quiet() && !for_a_program;
@@ -68,7 +68,7 @@ impl<'a> ProgressDisplay<'a> {
         Self { console, interrupt, shared }
     }
 
-    /// Who asks for the work.
+    /// The session with this display as listener.
     pub(crate) fn session(&self) -> Session<'_> {
         Session::new(self).with_seed(self.console.seed()).with_threads(self.console.threads())
     }
@@ -76,7 +76,7 @@ impl<'a> ProgressDisplay<'a> {
 
 impl Watch for ProgressDisplay<'_> {
     fn advanced(&self, progress: Progress) {
-        // Who is drawing already will draw again.
+        // If another thread is drawing, this update is skipped.
         if let Some(line) = &self.shared.line
             && let Ok(mut line) = line.try_lock()
             && let Some(text) = line.advanced(progress, Instant::now())
@@ -107,7 +107,7 @@ impl Listener for ProgressDisplay<'_> {
         self.console.has_read(sources)
     }
 
-    /// From now on Ctrl-C does what it is to do.
+    /// Activates the action of Ctrl-C.
     fn begins(&self, is_kept: bool) {
         if let Some(line) = &self.shared.line
             && let Ok(mut line) = line.lock()
@@ -130,7 +130,7 @@ impl Listener for ProgressDisplay<'_> {
         }
     }
 
-    /// The computation is over: takes the line away, and lets nothing end the program while it writes.
+    /// Clears the line at the end of the computation, and prevents Ctrl-C from interrupting the writing of results.
     fn ends(&self) {
         if let Ok(mut is_writing) = self.shared.is_writing.lock() {
             *is_writing = true;
@@ -159,7 +159,7 @@ impl Shared {
         draw(words);
     }
 
-    /// Ends the program, but not while it writes.
+    /// Ends the program, unless it is writing.
     fn end(&self, words: &str) {
         // The lock is held to the end, so that writing cannot begin.
         if let Ok(is_writing) = self.is_writing.lock()
@@ -171,21 +171,21 @@ impl Shared {
     }
 }
 
-/// There is nowhere to say that this failed.
+/// Draws on the terminal; a failure cannot be reported anywhere.
 fn draw(text: &str) {
     let mut terminal = io::stderr().lock();
     let _ = terminal.write_all(text.as_bytes()).and_then(|()| terminal.flush());
 }
 
-/// The line of a terminal that says how far it is.
+/// The progress line of a terminal.
 #[derive(Debug)]
 struct Line {
-    /// What is counted at present, and since when.
+    /// The current count, and its start time.
     what: &'static str,
     since: Instant,
     done: usize,
     drawn: Option<Instant>,
-    /// Characters on the terminal.
+    /// Number of characters drawn.
     width: usize,
 }
 
@@ -194,10 +194,10 @@ impl Line {
         Self { what: "", since: now, done: 0, drawn: None, width: 0 }
     }
 
-    /// What to write, if it is time to.
+    /// The text to draw, if an update is due.
     fn advanced(&mut self, progress: Progress, now: Instant) -> Option<String> {
         if progress.what != self.what || progress.done < self.done {
-            // What is counted now began when the last of what was counted before was done.
+            // A new count starts when the previous one ends.
             let began = if self.what.is_empty() { self.since } else { now };
             *self = Self { what: progress.what, since: began, ..*self };
         }
@@ -212,7 +212,7 @@ impl Line {
         Some(format!("\r{text}{padding}"))
     }
 
-    /// What to write so that nothing stays.
+    /// The text that erases the line.
     fn cleared(&mut self) -> String {
         let width = std::mem::take(&mut self.width);
         if width == 0 { String::new() } else { format!("\r{}\r", " ".repeat(width)) }
@@ -234,7 +234,7 @@ fn words(progress: Progress, elapsed: Duration) -> String {
     text
 }
 
-/// Minutes and seconds, with hours where there are some.
+/// Minutes and seconds, with hours if there are any.
 fn clock(time: Duration) -> String {
     let seconds = time.as_secs();
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
@@ -252,26 +252,33 @@ mod tests {
     #[test]
     fn a_line_says_what_how_many_and_how_long() {
         let start = Instant::now();
-        let at = |seconds: u64| start + Duration::from_secs(seconds);
+        let instant = |seconds: u64| start + Duration::from_secs(seconds);
         let mut line = Line::new(start);
-        let mut said = |what, done, of, seconds| {
-            line.advanced(Progress { what, done, of }, at(seconds))
+        let mut text_after = |what, done, of, seconds| {
+            line.advanced(Progress { what, done, of }, instant(seconds))
                 .map(|text| text.trim().to_owned())
         };
-        let of = Of::AtMost(200);
-        let first = said("simulations", 1, of, 0);
+        let total = Of::AtMost(200);
+        let first = text_after("simulations", 1, total, 0);
         assert_eq!(first.as_deref(), Some("simulations: 1 of at most 200, 0:00 so far"));
-        assert_eq!(said("simulations", 2, of, 0), None, "twice within a tenth of a second");
         assert_eq!(
-            said("simulations", 50, of, 30).as_deref(),
+            text_after("simulations", 2, total, 0),
+            None,
+            "twice within a tenth of a second"
+        );
+        assert_eq!(
+            text_after("simulations", 50, total, 30).as_deref(),
             Some("simulations: 50 of at most 200, 0:30 so far, at most 1:30 left")
         );
-        // Another count has a time of its own, and so has the same one when it begins anew.
-        let of = Of::Exactly(3);
-        said("profiles", 1, of, 40);
-        let second = said("profiles", 2, of, 4050);
+        // Another count has its own time, and so has the same one when it restarts.
+        let total = Of::Exactly(3);
+        text_after("profiles", 1, total, 40);
+        let second = text_after("profiles", 2, total, 4050);
         assert_eq!(second.as_deref(), Some("profiles: 2 of 3, 1:06:50 so far, about 33:25 left"));
-        assert_eq!(said("profiles", 1, of, 5000).as_deref(), Some("profiles: 1 of 3, 0:00 so far"));
+        assert_eq!(
+            text_after("profiles", 1, total, 5000).as_deref(),
+            Some("profiles: 1 of 3, 0:00 so far")
+        );
     }
 
     #[test]

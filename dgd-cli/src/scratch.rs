@@ -1,4 +1,4 @@
-//! `--memory`: data beyond it lie in a file, by the allocator of this program.
+//! `--memory`: the allocator of this program moves data beyond the limit to a file.
 
 use dgd_scratch::{Limits, Trouble, begin, default_folder};
 
@@ -6,7 +6,7 @@ use crate::args::{Command, Global};
 use crate::console;
 use crate::failure::CommandError;
 
-/// Limits the memory of this process, where the command line says so. `job run` has others compute.
+/// Limits the memory of this process, if the command line requests it. `job run` computes in other processes.
 pub(crate) fn limit(command: &Command, global: &Global) -> Result<(), CommandError> {
     let Some(memory) = global.memory.filter(|_| !matches!(command, Command::Job(_))) else {
         return Ok(());
@@ -16,19 +16,19 @@ pub(crate) fn limit(command: &Command, global: &Global) -> Result<(), CommandErr
         .map_err(|refusal| CommandError::Usage(format!("`--memory`: {refusal}")))
 }
 
-/// Limits the memory of a process that computes pieces. Where no file can be had for what is beyond, a piece
-/// that needs more fails.
+/// Limits the memory of a process that computes pieces. If there is no room for a scratch file, a piece that needs more
+/// memory fails.
 pub(crate) fn limit_pieces(memory: u64) {
     let _ = begin(&Limits { memory, folder: default_folder() }, end);
 }
 
-/// Ends the program where its data find no room.
+/// Ends the program when there is no room for its data.
 fn end(trouble: Trouble) -> ! {
     let help = match trouble {
         Trouble::Full(_) => "`--scratch` names a folder on another disk",
         Trouble::Beyond(_) => "give `--memory` more",
     };
     console::last_words(&format!("{trouble}: {help}"));
-    // What is half written is removed by the next run.
+    // The next run removes incomplete files.
     std::process::exit(3)
 }

@@ -1,4 +1,4 @@
-//! A table as a file: CSV, Parquet or JSON.
+//! Tables as files: CSV, Parquet or JSON.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -11,30 +11,30 @@ use serde_json::Value;
 use crate::args::Format;
 use crate::failure::CommandError;
 
-/// What a table is written as to a file.
+/// The format of a table file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum TableFormat {
     Csv,
     Parquet,
     /// One document.
     Json,
-    /// A document a line.
+    /// One document per line.
     JsonLines,
 }
 
-/// How files end that are not tables, or of a kind that is not written.
+/// Extensions of files that are not tables, or of unsupported formats.
 const NOT_WRITTEN: [&str; 16] = [
     "svg", "png", "pdf", "html", "xlsx", "xls", "ods", "tsv", "dgd", "mat", "h5", "feather", "zip",
     "bz2", "xz", "zst",
 ];
 
 impl TableFormat {
-    /// Whether it is JSON, which holds more than the table.
+    /// Whether it is JSON, which has more than the table.
     pub(crate) fn is_document(self) -> bool {
         matches!(self, TableFormat::Json | TableFormat::JsonLines)
     }
 
-    /// What a file is by its name, if that is the name of a table.
+    /// The format of a file by its name, if that is the name of a table.
     pub(crate) fn named(path: &Path) -> Option<TableFormat> {
         match &*ending(path)? {
             "csv" => Some(TableFormat::Csv),
@@ -45,11 +45,11 @@ impl TableFormat {
         }
     }
 
-    /// What a file is by its name; where that says nothing, what `--format` asks for.
+    /// The format of a file by its name or, if that has no known extension, by `--format`.
     ///
     /// # Errors
     ///
-    /// The name is that of something else, which its readers would take it for.
+    /// The name is that of another kind of file.
     pub(crate) fn of(path: &Path, format: Format) -> Result<TableFormat, CommandError> {
         if let Some(named) = TableFormat::named(path) {
             return Ok(named);
@@ -67,7 +67,7 @@ impl TableFormat {
     }
 }
 
-/// How a file's name ends, before `.gz` and in small letters.
+/// The extension of a file, before `.gz` and in lower case.
 fn ending(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     let plain = name.strip_suffix(".gz").unwrap_or(&name);
@@ -82,7 +82,7 @@ pub(crate) fn partial_path(path: &Path) -> PathBuf {
     path.with_file_name(format!("{stem}.partial{}", &name[stem.len()..]))
 }
 
-/// Writes a table to a file, as CSV or as Parquet.
+/// Writes a table to a file, as CSV or Parquet.
 pub(crate) fn save_rows(
     path: &Path,
     format: TableFormat,
@@ -95,7 +95,7 @@ pub(crate) fn save_rows(
     }
 }
 
-/// Writes a document to a file, with its lines indented or as one line.
+/// Writes a document to a file, indented or on one line.
 pub(crate) fn save_json(path: &Path, document: &Value, indented: bool) -> Result<(), CommandError> {
     let written = save(path, |out| {
         if indented { write!(out, "{}", json_text(document)) } else { writeln!(out, "{document}") }
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn a_file_is_what_its_name_says() {
-        let of = |name: &str, format| TableFormat::of(Path::new(name), format).ok();
+        let format_of = |name: &str, format| TableFormat::of(Path::new(name), format).ok();
         for (name, text, json) in [
             ("a.csv", Some(TableFormat::Csv), Some(TableFormat::Csv)),
             ("a.CSV.gz", Some(TableFormat::Csv), Some(TableFormat::Csv)),
@@ -121,7 +121,11 @@ mod tests {
             ("a.parquet", Some(TableFormat::Parquet), Some(TableFormat::Parquet)),
             ("a.svg", None, None),
         ] {
-            assert_eq!((of(name, Format::Text), of(name, Format::Json)), (text, json), "{name}");
+            assert_eq!(
+                (format_of(name, Format::Text), format_of(name, Format::Json)),
+                (text, json),
+                "{name}"
+            );
         }
     }
 

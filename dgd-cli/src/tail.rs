@@ -1,4 +1,4 @@
-//! The end of every command: its result is saved, drawn and printed, and the command ends as the work did.
+//! Saves, plots and prints the result at the end of every command, and converts the outcome of its task.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -12,25 +12,25 @@ use crate::failure::CommandError;
 use crate::picture::{self, Drawing};
 use crate::table_file::{TableFormat, partial_path, save_json, save_rows};
 
-/// What a command has to show.
+/// The output of a command.
 pub(crate) struct Shown<'a> {
-    /// The result for programs, where there is one.
+    /// The result for programs, if any.
     pub json: Option<Value>,
-    /// What goes to `-o`.
+    /// The content of `-o`.
     pub saved: Saved<'a>,
-    /// Pictures and pages, by file.
+    /// Images and pages, by file.
     pub drawings: Vec<(PathBuf, Drawing)>,
-    /// What people read on standard output.
+    /// The text for standard output.
     pub printed: Printed,
     /// A remark about the result.
     pub closing: Option<String>,
-    /// How the work ended.
+    /// The outcome of the task.
     pub ended: Ended,
 }
 
-/// What goes to `-o`.
+/// The content of `-o`.
 pub(crate) enum Saved<'a> {
-    /// What is printed otherwise.
+    /// The text that would be printed otherwise.
     Printed,
     /// A table.
     Table(Table<'a>),
@@ -38,10 +38,10 @@ pub(crate) enum Saved<'a> {
     Folder {
         /// The files.
         files: Files,
-        /// Whether a remark tells where they are.
+        /// Whether a remark reports their location.
         is_told: bool,
     },
-    /// Nothing, or it is there already.
+    /// Nothing, or it was written before.
     Nothing,
 }
 
@@ -49,29 +49,29 @@ pub(crate) enum Saved<'a> {
 pub(crate) struct Table<'a> {
     /// Writes it as CSV.
     pub write: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
-    /// What programs are told where the file has the table.
+    /// The JSON for programs if the file contains the table.
     pub details: Value,
-    /// Number of its rows, where that is told.
+    /// Number of its rows, if reported.
     pub rows: Option<usize>,
-    /// Whether it has the rows that a run reached before it stopped.
+    /// Whether it contains the rows that a run reached before it stopped.
     ///
-    /// A file of the name asked for is that of a whole run, so these go into one beside it: `run.csv` into
-    /// `run.partial.csv`.
+    /// The requested file is reserved for a complete run, so these rows go to another one: `run.partial.csv` instead of
+    /// `run.csv`.
     pub is_partial: bool,
 }
 
-/// What people read on standard output.
+/// The text for standard output.
 pub(crate) enum Printed {
     /// A text.
     Text(String),
     /// The table.
     Table,
-    /// Nothing: pictures or files say it all.
+    /// Nothing: images or files have it all.
     Nothing,
 }
 
 impl Shown<'_> {
-    /// Of work that ended so; what else there is to show is added.
+    /// For a task with this outcome; the caller adds the rest.
     pub(crate) fn new(ended: Ended) -> Self {
         Shown {
             json: None,
@@ -84,7 +84,7 @@ impl Shown<'_> {
     }
 }
 
-/// Saves, draws and prints a result.
+/// Saves, plots and prints a result.
 pub(crate) fn finish(shown: Shown<'_>, console: Console<'_>) -> Result<(), CommandError> {
     let Shown { json, saved, drawings, printed, closing, ended } = shown;
     let is_document = save(&saved, json.as_ref(), &printed, console)?;
@@ -92,7 +92,7 @@ pub(crate) fn finish(shown: Shown<'_>, console: Console<'_>) -> Result<(), Comma
         picture::save(drawing, path, console)?;
     }
     match (&saved, &json) {
-        // The file has it.
+        // The file contains it.
         (Saved::Printed, _) => {}
         (_, Some(_)) if is_document => {}
         (Saved::Table(table), Some(_)) if console.is_json() && console.out().is_some() => {
@@ -117,7 +117,7 @@ pub(crate) fn finish(shown: Shown<'_>, console: Console<'_>) -> Result<(), Comma
     CommandError::of(ended)
 }
 
-/// Writes what goes to `-o`; whether that is a document, which has all there is to say to programs.
+/// Writes the content of `-o`; returns whether that is a document, which contains everything for programs.
 fn save(
     saved: &Saved<'_>,
     json: Option<&Value>,

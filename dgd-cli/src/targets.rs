@@ -1,4 +1,4 @@
-//! What a command writes: never a file that it reads, and tried before anything is computed.
+//! Output files of a command: never a file that it reads, and checked before anything is computed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,27 +25,27 @@ pub(crate) struct Targets {
     all: Vec<Target>,
 }
 
-/// A file that may be written, and the option that says so.
+/// An output file, and the option that names it.
 #[derive(Debug)]
 struct Target {
     path: PathBuf,
     option: String,
 }
 
-/// What `--out` is.
+/// The kind of `--out`.
 enum Out {
     File,
     /// A file with a table.
     Table,
     /// A folder with files of these names.
     Folder(Vec<String>),
-    /// The file itself, which is laid out.
+    /// The formatted file itself.
     Layout,
 }
 
 impl Targets {
-    /// Finds what a command writes, and checks that none of it is a file that the command line names for
-    /// reading and that all of it can be written.
+    /// Collects the output files of a command, and checks that they can be written and that none is also an input on
+    /// the command line.
     pub(crate) fn verified(command: &Command, global: &Global) -> Result<Targets, CommandError> {
         let (read, plots) = (inputs(command), plots(command));
         let streams = read.iter().filter(|path| path.as_os_str() == STANDARD_INPUT).count();
@@ -85,7 +85,7 @@ impl Targets {
             Some((path, Out::Table)) => {
                 TableFormat::of(path, global.format)?;
             }
-            // A folder may have any name once it is there.
+            // An existing folder may have any name.
             Some((path, Out::Folder(_)))
                 if TableFormat::named(path).is_some() && !path.exists() =>
             {
@@ -114,7 +114,7 @@ impl Targets {
         Ok(targets)
     }
 
-    /// Checks that none of them is a file that was read since: one that the model imports, or an effect.
+    /// Checks that none of them was read meanwhile, as an import or an effect.
     pub(crate) fn spare(&self, sources: &Sources) -> Result<(), WorkError> {
         let read: Vec<PathBuf> = sources.iter().map(|source| PathBuf::from(&source.name)).collect();
         self.spare_all(&read)
@@ -138,7 +138,7 @@ impl Targets {
         Ok(())
     }
 
-    /// Checks that what is drawn does not take the place of the result.
+    /// Checks that figures do not replace the result.
     fn verify_distinct(out: Option<&Path>, plots: &[PathBuf]) -> Result<(), CommandError> {
         let place = |path: &Path| {
             let name = path.file_name()?.to_owned();
@@ -156,13 +156,13 @@ impl Targets {
     }
 }
 
-/// Which file a path leads to: the same for all its names and links.
+/// Identity of the file behind a path: the same for all its names and links.
 #[cfg(unix)]
 type Identity = (u64, u64);
 #[cfg(not(unix))]
 type Identity = PathBuf;
 
-/// The regular file that a path leads to, if there is one.
+/// Identity of the regular file behind a path, if there is one.
 fn identity(path: &Path) -> Option<Identity> {
     let file = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
     #[cfg(unix)]
@@ -177,12 +177,12 @@ fn identity(path: &Path) -> Option<Identity> {
     }
 }
 
-/// Files that the command line names for reading.
+/// Input files on the command line.
 fn inputs(command: &Command) -> Vec<PathBuf> {
-    let mut all: Vec<PathBuf> = Vec::new();
+    let mut paths: Vec<PathBuf> = Vec::new();
     let choices = match command {
         Command::Check(args) => {
-            all.push(args.model.clone());
+            paths.push(args.model.clone());
             Some(&args.choices)
         }
         Command::Fmt(_)
@@ -193,78 +193,78 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
         | Command::Man(_)
         | Command::Lsp(_) => None,
         Command::Job(args) => {
-            all.extend(job_file(args).cloned());
+            paths.extend(job_file(args).cloned());
             None
         }
         Command::New(args) => {
-            all.extend(args.from.clone());
+            paths.extend(args.from.clone());
             None
         }
         Command::Adopt(args) => {
-            all.push(args.result.clone());
+            paths.push(args.result.clone());
             None
         }
         Command::Emit(args) => {
-            all.push(args.model.clone());
+            paths.push(args.model.clone());
             Some(&args.choices)
         }
         Command::Simulate(args) => {
-            all.push(args.run.model.clone());
-            all.extend(args.run.data.iter().chain(&args.ensemble).cloned());
+            paths.push(args.run.model.clone());
+            paths.extend(args.run.data.iter().chain(&args.ensemble).cloned());
             Some(&args.run.choices)
         }
         Command::Watch(args) => {
-            all.push(args.run.model.clone());
-            all.extend(args.run.data.clone());
+            paths.push(args.run.model.clone());
+            paths.extend(args.run.data.clone());
             Some(&args.run.choices)
         }
         Command::Sensitivity(args) => {
-            all.push(args.run.model.clone());
-            all.extend(args.run.data.clone());
+            paths.push(args.run.model.clone());
+            paths.extend(args.run.data.clone());
             Some(&args.run.choices)
         }
         Command::Linearize(args) => {
-            all.push(args.model.clone());
-            all.extend(args.data.clone());
+            paths.push(args.model.clone());
+            paths.extend(args.data.clone());
             Some(&args.choices)
         }
         Command::Invert(args) => {
-            all.push(args.model.clone());
-            all.push(args.data.clone());
+            paths.push(args.model.clone());
+            paths.push(args.data.clone());
             Some(&args.choices)
         }
         Command::Fit(args) => {
-            all.push(args.model.clone());
-            all.extend(args.given.all().cloned());
+            paths.push(args.model.clone());
+            paths.extend(args.given.all().cloned());
             Some(&args.choices)
         }
         Command::Compare(args) => {
-            all.extend(args.contenders.iter().map(|one| compare::model_of(one)));
-            all.extend(args.given.all().cloned());
+            paths.extend(args.contenders.iter().map(|one| compare::model_of(one)));
+            paths.extend(args.given.all().cloned());
             None
         }
         Command::Track(args) => {
-            all.push(args.model.clone());
+            paths.push(args.model.clone());
             let is_stream = args.data == Path::new("-");
-            all.push(if is_stream { "/dev/stdin".into() } else { args.data.clone() });
+            paths.push(if is_stream { "/dev/stdin".into() } else { args.data.clone() });
             Some(&args.choices)
         }
         Command::Discover(args) => {
-            all.push(args.model.clone());
-            all.extend(args.given.all().cloned());
+            paths.push(args.model.clone());
+            paths.extend(args.given.all().cloned());
             Some(&args.choices)
         }
         Command::Screen(args) => {
-            all.extend(args.model.iter().chain(&args.data).cloned());
+            paths.extend(args.model.iter().chain(&args.data).cloned());
             Some(&args.choices)
         }
     };
     let effects = choices.into_iter().flat_map(|choices| &choices.apply);
-    all.extend(effects.map(|effect| effect.split('(').next().unwrap_or_default().trim().into()));
-    all
+    paths.extend(effects.map(|effect| effect.split('(').next().unwrap_or_default().trim().into()));
+    paths
 }
 
-/// The job that a command reads.
+/// The job file of a command.
 fn job_file(args: &JobArgs) -> Option<&PathBuf> {
     match &args.action {
         JobAction::Run(args) => Some(&args.place.job),
@@ -275,7 +275,7 @@ fn job_file(args: &JobArgs) -> Option<&PathBuf> {
     }
 }
 
-/// Pictures that the command line asks for.
+/// Image files on the command line.
 fn plots(command: &Command) -> &[PathBuf] {
     match command {
         Command::Check(_)

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// A header cell, quoted where CSV asks for it.
+/// A header cell, quoted if CSV requires it.
 pub fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
@@ -11,11 +11,11 @@ pub fn quoted(cell: &str) -> String {
     }
 }
 
-/// Appends a number in the fewest digits that read back to it, with an exponent where it would
-/// otherwise have many zeros.
+/// Appends a number with the fewest digits that read back to it, with an exponent where it would otherwise have many
+/// zeros.
 pub fn push_number(text: &mut String, value: f64) {
     let size = value.abs();
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let _ = if size == 0.0 || (1e-5..1e16).contains(&size) || !size.is_finite() {
         write!(text, "{value}")
     } else {
@@ -23,14 +23,14 @@ pub fn push_number(text: &mut String, value: f64) {
     };
 }
 
-/// A number as a cell of its own.
+/// A number as a single cell.
 pub(crate) fn shown(value: f64) -> String {
     let mut text = String::new();
     push_number(&mut text, value);
     text
 }
 
-/// The number in a cell; NaN where a value is missing, `None` where there is something else.
+/// The number in a cell; NaN for a missing value, `None` for anything else.
 pub(crate) fn number(cell: &[u8]) -> Option<f64> {
     if cell.is_empty() || cell.eq_ignore_ascii_case(b"na") {
         return Some(f64::NAN);

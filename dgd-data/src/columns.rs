@@ -1,15 +1,15 @@
-//! Tables that a program holds as columns of numbers.
+//! Tables of numeric columns from a program.
 
 use crate::cell::shown;
 use crate::csv::header::Header;
 
 /// A table of numbers, by columns.
 ///
-/// It is read as the CSV text with the same headers and numbers would be, to the last bit: `time` stands first, units
-/// stand in brackets, NaN marks a missing value. Mistakes name rows, counted from 0, instead of lines.
+/// It is read like the CSV text with the same headers and numbers, to the last bit: `time` comes first, units are in
+/// brackets, NaN marks a missing value. Mistakes name rows, counted from 0, instead of lines.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Columns {
-    /// Headers, `name [unit]`, and values. The columns of a sound table have one length.
+    /// Headers, `name [unit]`, and values. The columns of a valid table have equal lengths.
     pub all: Vec<(String, Vec<f64>)>,
 }
 

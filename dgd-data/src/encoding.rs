@@ -1,6 +1,6 @@
-//! Files that are not UTF-8 text, by how they begin.
+//! Detects files that are not UTF-8 text by their first bytes.
 
-/// Why bytes are not the text of a table or a model, and what to do about it.
+/// Why bytes are not the text of a table or a model, with advice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct NotText {
     pub(crate) message: &'static str,
@@ -17,7 +17,7 @@ const UTF_32: NotText = NotText {
     help: "save it as UTF-8, or convert it: `iconv -f UTF-32 -t UTF-8 OLD > NEW`",
 };
 
-/// Files by how they begin; the longer of two beginnings comes first.
+/// Magic bytes of file types; a longer one comes before its prefix.
 const BEGINNINGS: &[(&[u8], NotText)] = &[
     (
         b"PK\x03\x04",
@@ -30,17 +30,17 @@ const BEGINNINGS: &[(&[u8], NotText)] = &[
     (b"\xfe\xff", UTF_16),
 ];
 
-/// Bytes that are looked at for those that no text has.
+/// Number of bytes checked for those that text cannot contain.
 const LOOKED_AT: usize = 1024;
 
-/// What bytes are that are not UTF-8 text and begin like this; `None` where the beginning does not tell.
+/// The kind of a file that is not UTF-8 text, by its first bytes; `None` if it is not recognised.
 pub(crate) fn not_text(head: &[u8]) -> Option<NotText> {
     if let Some((_, why)) = BEGINNINGS.iter().find(|(magic, _)| head.starts_with(magic)) {
         return Some(*why);
     }
     let head = &head[..head.len().min(LOOKED_AT)];
     let zeros = |odd: usize| head.iter().skip(odd).step_by(2).filter(|byte| **byte == 0).count();
-    // Letters of Latin text are every other byte of UTF-16, whichever end comes first.
+    // In Latin text as UTF-16, every other byte is zero; which one gives the byte order.
     match (zeros(0), zeros(1)) {
         (0, 0) => None,
         (0, n) if 4 * n > head.len() => Some(NotText { help: UTF_16_LE, ..UTF_16 }),
@@ -52,7 +52,7 @@ pub(crate) fn not_text(head: &[u8]) -> Option<NotText> {
     }
 }
 
-/// Without a mark at its beginning nothing but its bytes tells which end comes first.
+/// Without a byte order mark, only the bytes reveal the order.
 const UTF_16_LE: &str = "save it as UTF-8, or convert it: `iconv -f UTF-16LE -t UTF-8 OLD > NEW`";
 const UTF_16_BE: &str = "save it as UTF-8, or convert it: `iconv -f UTF-16BE -t UTF-8 OLD > NEW`";
 

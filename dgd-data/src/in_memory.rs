@@ -1,4 +1,4 @@
-//! Texts and tables that were never in a file: what a browser, an editor or a program made.
+//! In-memory texts and tables, for browsers, editors and programs.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,13 +11,13 @@ use dgd_compiler::syntax::imports::verify_import;
 use crate::columns::Columns;
 use crate::open::{Entry, FileSystem};
 
-/// Files that exist only here, by their paths, which are compared after `.` and `..` were resolved.
+/// In-memory files by path; paths are compared after `.` and `..` are resolved.
 #[derive(Debug, Clone, Default)]
 pub struct InMemory {
     all: BTreeMap<PathBuf, Contents>,
 }
 
-/// What a file has.
+/// The contents of a file.
 #[derive(Debug, Clone)]
 enum Contents {
     Bytes(Arc<[u8]>),
@@ -25,21 +25,21 @@ enum Contents {
 }
 
 impl InMemory {
-    /// The same with one file more, in place of one that has this path.
+    /// Adds a file, or replaces the one with this path.
     #[must_use]
     pub fn with(mut self, path: impl AsRef<Path>, contents: impl Into<Vec<u8>>) -> Self {
         self.all.insert(plain(path.as_ref()), Contents::Bytes(contents.into().into()));
         self
     }
 
-    /// The same with one table more, in place of one that has this path.
+    /// Adds a table, or replaces the file with this path.
     #[must_use]
     pub fn with_columns(mut self, path: impl AsRef<Path>, columns: Columns) -> Self {
         self.all.insert(plain(path.as_ref()), Contents::Columns(Arc::new(columns)));
         self
     }
 
-    /// The same with the files of another one, which replace its own of the same paths.
+    /// Adds the files of another one, which replace those with equal paths.
     #[must_use]
     pub fn and(mut self, others: InMemory) -> Self {
         self.all.extend(others.all);
@@ -71,10 +71,10 @@ impl FileSystem for InMemory {
     }
 
     fn entries(&self, folder: &Path) -> Vec<Entry> {
-        let own = plain(folder);
+        let base = plain(folder);
         let mut entries: Vec<Entry> = (self.all.keys())
             .filter_map(|path| {
-                let mut inside = path.strip_prefix(&own).ok()?.components();
+                let mut inside = path.strip_prefix(&base).ok()?.components();
                 let name = inside.next()?;
                 Some(Entry { path: folder.join(name), is_folder: inside.next().is_some() })
             })
@@ -99,14 +99,14 @@ impl FileSystem for InMemory {
     }
 }
 
-/// Files of two places: what is not above is looked for below.
+/// Files of two layers: a path missing above is looked up below.
 ///
-/// A folder that is above hides the one below: what was taken from there once stays as it was.
+/// A folder above hides the one below, so that a copied folder stays consistent.
 #[derive(Debug, Clone, Copy)]
 pub struct Layers<'a> {
-    /// What is looked at first.
+    /// The first layer.
     pub above: &'a dyn FileSystem,
-    /// What is looked at then.
+    /// The second layer.
     pub below: &'a dyn FileSystem,
 }
 
@@ -147,7 +147,7 @@ impl FileSystem for Layers<'_> {
     }
 }
 
-/// A path without `.`, and without `..` behind a name.
+/// A path without `.`, and without `..` after a name.
 fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {

@@ -1,4 +1,4 @@
-//! Recordings and tables: files of data to columns of numbers, and back; results to files that appear whole or not at all.
+//! Recordings and tables: reads data files into columns of numbers, and writes them; writes results atomically.
 //!
 //! ```text
 //!   CSV, CSV in gzip, Parquet ─► read ─► Table ─► select ─► columns in SI units, as a model declares them
@@ -7,14 +7,14 @@
 //!   columns in SI units ─► write ─► files ─► CSV, CSV in gzip, Parquet
 //! ```
 //!
-//! The first line that is not a comment names the columns, `name [unit]`, and every further line
-//! is a row. Where the first column is `time`, in a unit of time or as ISO 8601 stamps, the file
-//! is a recording; without one its rows are independent of each other. Lines above the header
-//! that start with `#` are comments. A cell that is empty, `NaN` or `NA` is a missing value.
+//! The first line that is not a comment names the columns, `name [unit]`, and every further line is a row. If the first
+//! column is `time`, in a unit of time or as ISO 8601 timestamps, the file is a recording; without one its rows are
+//! independent of each other. Lines above the header that start with `#` are comments. A cell that is empty, `NaN` or
+//! `NA` is a missing value.
 //!
-//! Reading refuses what makes the whole file doubtful: rows of another length, time that runs
-//! backwards. What is wrong with one column (an unknown unit, a cell that is not a number) is told
-//! when a model asks for it ([`select`]), because a recording has columns that nobody asks for.
+//! Reading refuses files that are invalid as a whole: rows of another length, time that runs backwards. A fault of one
+//! column (an unknown unit, a cell that is not a number) is reported when a model reads it ([`select`]), because
+//! recordings have unused columns.
 
 pub mod cell;
 mod columns;

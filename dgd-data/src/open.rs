@@ -1,4 +1,4 @@
-//! Opening files: nothing that blocks or never ends; or texts that were never in a file.
+//! Opens files, but nothing that blocks or never ends, on disk or in memory.
 
 use std::fmt::Debug;
 use std::fs::{self, File};
@@ -12,61 +12,61 @@ use flate2::bufread::MultiGzDecoder;
 use crate::columns::Columns;
 use crate::encoding::not_text;
 
-/// Bytes of the largest model, library or effect.
+/// Size limit of a model, library or effect, in bytes.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// How packed files begin.
+/// Magic bytes of gzip files.
 const PACKED: [u8; 2] = [0x1f, 0x8b];
 
-/// The path of what comes in on standard input.
+/// The path of standard input.
 pub const STANDARD_INPUT: &str = "-";
 
-/// Where models, effects and recordings are read from.
+/// Source of models, effects and recordings.
 pub trait FileSystem: Debug + Sync {
     /// Opens a file that the user named.
     ///
     /// # Errors
     ///
-    /// Why it cannot be opened.
+    /// The reason why it cannot be opened.
     fn open(&self, path: &Path) -> Result<Box<dyn Read>, String>;
 
-    /// Opens a file that another file names: only one called `*.dgd`, or `*.csv` or `*.csv.gz`, of a table.
+    /// Opens a file named in another file: only `*.dgd`, or `*.csv` or `*.csv.gz` for a table.
     ///
     /// # Errors
     ///
-    /// Why it cannot be opened, without anything that is in it.
+    /// The reason why it cannot be opened, without any of its contents.
     fn open_import(&self, path: &Path) -> Result<Box<dyn Read>, String>;
 
-    /// What lies in a folder; nothing where it cannot be read.
+    /// The entries of a folder; empty if it cannot be read.
     fn entries(&self, folder: &Path) -> Vec<Entry>;
 
-    /// Whether there is a regular file, which may be opened more than once.
+    /// Whether the path is a regular file, which can be opened more than once.
     fn is_file(&self, path: &Path) -> bool;
 
-    /// Whether there is a folder.
+    /// Whether the path is a folder.
     fn is_folder(&self, path: &Path) -> bool;
 
-    /// A regular file of this machine, which can be read from anywhere in it.
+    /// A regular file on disk, for random access.
     fn file(&self, _path: &Path) -> Option<File> {
         None
     }
 
-    /// A table that is held as columns; opened, it is their text.
+    /// A table held as columns; `open` gives its CSV text.
     fn columns(&self, _path: &Path) -> Option<Arc<Columns>> {
         None
     }
 }
 
-/// What lies in a folder.
+/// An entry of a folder.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Entry {
-    /// Its path, that of the folder included.
+    /// Its path, including that of the folder.
     pub path: PathBuf,
     /// Whether it is a folder itself.
     pub is_folder: bool,
 }
 
-/// The files of this machine.
+/// The files on disk.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Disk;
 
@@ -102,8 +102,8 @@ impl FileSystem for Disk {
     }
 }
 
-/// Opens a file that the user named: a regular one, or a pipe that is open already, as `<(…)` of a shell
-/// and `/dev/stdin` are.
+/// Opens a file that the user named: a regular one, or a pipe that is already open, such as `<(…)` in a shell and
+/// `/dev/stdin`.
 ///
 /// # Errors
 ///
@@ -112,7 +112,7 @@ pub(crate) fn open(path: &Path) -> Result<File, String> {
     let kind = fs::metadata(path).map_err(|error| error.to_string())?.file_type();
     verify(path, kind)?;
     let file = File::open(path).map_err(|error| error.to_string())?;
-    // The open file is the one that was looked at, or another one of a kind that is read.
+    // The file may have been replaced since, but only by another permitted kind.
     verify(path, file.metadata().map_err(|error| error.to_string())?.file_type())?;
     Ok(file)
 }
@@ -153,24 +153,24 @@ pub fn read_text(files: &dyn FileSystem, path: &Path) -> Result<String, String> 
     text_of(files.open(path)?)
 }
 
-/// The text of a file that another file names.
+/// The text of a file named in another file.
 ///
 /// # Errors
 ///
-/// As those of [`read_text`], and [`FileSystem::open_import`] where it has another name.
+/// Those of [`read_text`], and of [`FileSystem::open_import`] for another name.
 pub fn read_import(files: &dyn FileSystem, path: &Path) -> Result<String, String> {
     let mut file = BufReader::new(files.open_import(path)?);
-    // A text that was read once may stand for its file.
+    // An in-memory file may hold the decompressed text of a packed one.
     let is_packed = file.fill_buf().map_err(|error| error.to_string())?.starts_with(&PACKED);
     if is_packed { text_of(MultiGzDecoder::new(file)) } else { text_of(file) }
 }
 
-/// Opens a regular file with such a name that links to one, if to anything.
+/// Opens a regular file with a permitted name, whose link target, if any, has one as well.
 fn open_import(path: &Path) -> Result<File, String> {
     verify_import(path)?;
     let target = fs::canonicalize(path).map_err(|error| error.to_string())?;
     let is_regular = fs::metadata(&target).map_err(|error| error.to_string())?.is_file();
-    // A file that is not regular is refused in the same words.
+    // A file that is not regular is refused with the same message.
     verify_import(if is_regular { &target } else { Path::new("") })?;
     open(&target)
 }
@@ -212,16 +212,16 @@ mod tests {
     #[test]
     fn links_are_followed_to_files_of_the_same_kind_only() {
         let folder = tempfile::tempdir().expect("a folder for the test");
-        let at = |name: &str| folder.path().join(name);
-        fs::write(at("real.dgd"), "let a = 1\n").expect("the folder is writable");
-        fs::write(at("secret"), "let a = 1\n").expect("the folder is writable");
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("real.dgd"), "let a = 1\n").expect("the folder is writable");
+        fs::write(path("secret"), "let a = 1\n").expect("the folder is writable");
         for (link, target) in [("1.dgd", "real.dgd"), ("2.dgd", "secret"), ("3.dgd", "/dev/zero")] {
-            std::os::unix::fs::symlink(target, at(link)).expect("the folder is writable");
+            std::os::unix::fs::symlink(target, path(link)).expect("the folder is writable");
         }
-        assert_eq!(read_import(&Disk, &at("1.dgd")).as_deref(), Ok("let a = 1\n"));
+        assert_eq!(read_import(&Disk, &path("1.dgd")).as_deref(), Ok("let a = 1\n"));
         for link in ["2.dgd", "3.dgd", "secret"] {
             assert!(
-                read_import(&Disk, &at(link)).is_err_and(|why| why.contains("only regular")),
+                read_import(&Disk, &path(link)).is_err_and(|why| why.contains("only regular")),
                 "{link}"
             );
         }

@@ -1,4 +1,4 @@
-//! From a file to its text, its header and its rows.
+//! Reads a file: its text, its header and its rows.
 
 use std::cell::Cell;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
@@ -19,14 +19,14 @@ use crate::open::{Disk, FileSystem, STANDARD_INPUT};
 use crate::parquet::{MAGIC, Place};
 use crate::table::{Order, Table};
 
-/// Bytes of a text that are kept, so that a diagnostic can show the line it is about. Of a longer
-/// one only the lines down to the header are, and the diagnostic says the number of the line.
+/// Bytes of text kept so that a diagnostic can show its line. For a longer text only the lines down to the header are
+/// kept, and the diagnostic gives the line number.
 const KEPT: usize = 1 << 22;
 
-/// How a data file is read: CSV, also compressed with gzip, or Parquet.
+/// Options for reading a data file: CSV, possibly compressed with gzip, or Parquet.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading<'a> {
-    /// Bytes of a text that are kept for diagnostics.
+    /// Bytes of text kept for diagnostics.
     pub(crate) kept: usize,
     pub(crate) order: Order,
     pub(crate) renames: &'a [Rename],
@@ -47,14 +47,14 @@ impl<'a> Reading<'a> {
         Reading { renames, ..self }
     }
 
-    /// The same where times may be out of order: rows that do not run forwards are left out and told in
+    /// The same where times may be out of order: rows whose time runs backwards are left out and reported in
     /// [`Table::disorder`].
     #[must_use]
     pub fn as_it_is(self) -> Self {
         Reading { order: Order::Recorded, ..self }
     }
 
-    /// The same where only these columns are read, besides the time: all others have a header and no values.
+    /// The same with only these columns and the time; other columns get a header and no values.
     #[must_use]
     pub fn of(self, wanted: &'a [&'a str]) -> Self {
         Reading { wanted: Some(wanted), ..self }
@@ -81,7 +81,7 @@ impl<'a> Reading<'a> {
         if let Some(columns) = files.columns(path) {
             return numbers::read(&columns, &name, self, sources, diagnostics);
         }
-        // A file of this machine is read where its columns are, and never held as a whole.
+        // A file on disk is read by columns, and never loaded as a whole.
         let place = files.file(path).map(Place::File);
         if let Some(place) = place.filter(Place::is_parquet) {
             return read_parquet(self, &name, place, sources, diagnostics);
@@ -93,7 +93,7 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// Reads a data file of this machine.
+/// Reads a data file on disk.
 pub fn read(
     path: &Path,
     sources: &mut Sources,
@@ -102,7 +102,7 @@ pub fn read(
     Reading::default().read(&Disk, path, sources, diagnostics)
 }
 
-/// Reads a data file from anywhere; `name` is what diagnostics call it.
+/// Reads a data file from any source, called `name` in diagnostics.
 pub fn read_from(
     name: &str,
     input: impl Read,
@@ -126,7 +126,7 @@ pub(crate) fn read_with(
     Ok(table)
 }
 
-/// The digest of all bytes, as [`Table::digest`] has it.
+/// The digest of all bytes, as in [`Table::digest`].
 ///
 /// # Errors
 ///
@@ -137,7 +137,7 @@ pub fn digest(input: impl Read) -> io::Result<u128> {
     Ok(digest.get().value())
 }
 
-/// Takes the digest of bytes as they are read.
+/// Digests bytes as they are read.
 struct Digested<'a, R> {
     input: R,
     digest: &'a Cell<Digest>,
@@ -163,7 +163,7 @@ fn read_text(
     let opened = decompressed(input).and_then(|mut input| {
         (&mut input).take(limit as u64).read_to_end(&mut head)?;
         if head.starts_with(MAGIC) {
-            // Only its end tells a Parquet file from a text that begins with the same letters.
+            // Only its end distinguishes a Parquet file from a text with the same first letters.
             input.read_to_end(&mut head)?;
         }
         Ok(input)
@@ -246,7 +246,7 @@ pub fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead
     })
 }
 
-/// A Parquet file of this machine.
+/// Reads a Parquet file on disk.
 fn read_parquet(
     reading: Reading<'_>,
     name: &str,
@@ -264,10 +264,10 @@ fn read_parquet(
     Ok(Table { digest: Some(digest), ..table })
 }
 
-/// The bytes as text; of the head of a longer text, without a character cut in two. Otherwise the
-/// text before what is none.
+/// The bytes as text; for the head of a longer text, without a split character at the end. Otherwise the text before
+/// the first invalid byte.
 fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
-    // A torn Parquet file gets its own message below.
+    // A truncated Parquet file gets its own message below.
     if let Some(why) = not_text(head).filter(|_| !head.starts_with(MAGIC)) {
         return Err(("", why));
     }
@@ -290,7 +290,7 @@ pub fn cannot_read(name: &str, sources: &mut Sources, why: &str) -> Diagnostic {
     unreadable(name, "", sources, why)
 }
 
-/// A file that is not the text of a table; what could be read of it ends where the trouble is.
+/// A file that is not the text of a table, with its valid beginning.
 pub(crate) fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let source = sources.add(Source { name: name.to_owned(), text: text.to_owned() });

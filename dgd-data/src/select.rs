@@ -1,7 +1,7 @@
-//! The columns a model asks for, in SI units.
+//! Selects the columns that a model reads, in SI units.
 //!
-//! A column is converted from the unit in its header to SI. Where header and model both name the
-//! zero of a pressure scale and name different ones, the standard atmosphere comes in.
+//! A column is converted from the unit in its header to SI. If header and model name different references of a pressure
+//! scale, the standard atmosphere is added or subtracted.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -12,7 +12,7 @@ use dgd_compiler::units::{Dimension, Unit, convert};
 
 use crate::table::{Column, Replicate, SHOWN, Table};
 
-/// An input, output or state as the model declares it.
+/// The declaration of an input, output or state in the model.
 #[derive(Debug, Clone, Copy)]
 pub struct Declared<'a> {
     /// Its name.
@@ -27,8 +27,8 @@ pub struct Declared<'a> {
 ///
 /// # Errors
 ///
-/// An input has no column (E603), or one with missing values (E608), or one that cannot be read as
-/// declared (E604, E607, E609), or differs among three rows or more with one time (E606).
+/// An input has no column (E603), or one with missing values (E608), or one that cannot be read as declared (E604,
+/// E607, E609), or differs among three or more rows at one time (E606).
 pub fn inputs(
     table: &Table,
     declared: &[Declared<'_>],
@@ -37,20 +37,20 @@ pub fn inputs(
     inputs_with(table, declared, &[], Gaps::Refused, diagnostics)
 }
 
-/// What becomes of an input that has no value in some row.
+/// Treatment of missing values of an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gaps {
-    /// It is a mistake.
+    /// They are a mistake.
     Refused,
-    /// It is NaN there.
+    /// They are NaN.
     Kept,
 }
 
-/// [`inputs`], which may have gaps. A column that is `known` by its name is not taken for a misspelt input.
+/// [`inputs`], possibly with gaps. A column whose name is `known` is not taken for a misspelt input.
 ///
 /// # Errors
 ///
-/// As [`inputs`].
+/// Those of [`inputs`].
 pub fn inputs_with(
     table: &Table,
     declared: &[Declared<'_>],
@@ -58,7 +58,7 @@ pub fn inputs_with(
     gaps: Gaps,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Vec<f64>>, Reported> {
-    let mut all = Vec::with_capacity(declared.len());
+    let mut columns = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for input in declared {
         let Some(column) = table.column(input.name) else {
@@ -70,7 +70,7 @@ pub fn inputs_with(
                 if let Some(diagnostic) = differing_replicate(table, input.name, &values) {
                     reported = Err(diagnostics.error(diagnostic));
                 }
-                all.push(values);
+                columns.push(values);
             }
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
@@ -86,29 +86,29 @@ pub fn inputs_with(
             reported = Err(diagnostics.error(diagnostic));
         }
     }
-    reported.map(|()| all)
+    reported.map(|()| columns)
 }
 
-/// The first row beyond two with one time that has another value of an input than the first of them.
+/// The first replicate whose value of an input differs from that of the first row at its time.
 fn differing_replicate(table: &Table, name: &str, values: &[f64]) -> Option<Diagnostic> {
-    // A missing value is a mistake of its own.
+    // Missing values are reported separately.
     let differs = |a: f64, b: f64| a != b && !a.is_nan() && !b.is_nan();
-    let found = table.replicates.iter().find(|replicate| {
+    let replicate = table.replicates.iter().find(|replicate| {
         let Replicate { row, first, .. } = **replicate;
         values[first..=row].iter().any(|value| differs(*value, values[first]))
     })?;
     let message = format!(
         "three rows or more have the time `{}` and differ in the input `{name}`",
-        found.time.text
+        replicate.time.text
     );
-    Some(found.time.diagnostic(Code::E606, message).help(
+    Some(replicate.time.diagnostic(Code::E606, message).help(
         "two rows with one time are the left and right values of a jump; more of them are replicates, \
          which agree in all inputs",
     ))
 }
 
-/// The columns of what may have been measured, in the order of `declared` and in SI; `None` where
-/// there is no column. NaN marks missing values.
+/// The columns of outputs that may have been measured, in the order of `declared` and in SI; `None` without a column.
+/// NaN marks missing values.
 ///
 /// # Errors
 ///
@@ -124,30 +124,30 @@ pub fn measured(
     of_each(declared, read, diagnostics)
 }
 
-/// What is read for each of some outputs, or all that is wrong with them.
+/// The result of `read` for each output, or all mistakes.
 fn of_each<T>(
     declared: &[Declared<'_>],
     read: impl Fn(&Declared<'_>) -> Result<T, Diagnostic>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<T>, Reported> {
-    let mut all = Vec::with_capacity(declared.len());
+    let mut columns = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for output in declared {
         match read(output) {
-            Ok(values) => all.push(values),
+            Ok(values) => columns.push(values),
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
     }
-    reported.map(|()| all)
+    reported.map(|()| columns)
 }
 
-/// What the column of an output's standard deviations is called.
+/// The name of the column with an output's standard deviations.
 pub fn deviation(output: &str) -> String {
     format!("std({output})")
 }
 
-/// The columns of the standard deviations of outputs, in the order of `declared` and in SI; `None` where there is no
-/// column. NaN marks missing values.
+/// The columns of the standard deviations of outputs, in the order of `declared` and in SI; `None` without a column.
+/// NaN marks missing values.
 ///
 /// # Errors
 ///
@@ -159,7 +159,7 @@ pub fn deviations(
 ) -> Result<Vec<Option<Vec<f64>>>, Reported> {
     let read = |output: &Declared<'_>| {
         let Some(column) = table.column(&deviation(output.name)) else { return Ok(None) };
-        // Differences have no zero: 0.5 °C is half a kelvin.
+        // Differences have no offset: 0.5 °C is half a kelvin.
         let factor = verify(column, output)?.map_or(1.0, |unit| unit.factor);
         Ok(Some(column.values.iter().map(|value| value * factor).collect()))
     };
@@ -172,10 +172,10 @@ pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
     table.columns.iter().filter(|column| !known.contains(column.name.as_str())).collect()
 }
 
-/// Names of columns that are told one by one; of more there is the number.
+/// Most columns listed by name; beyond that only their number is given.
 const NAMED: usize = 8;
 
-/// What there is to say about the columns that are not among `known`: that they are not used.
+/// A note on the columns that are not among `known`: they are not used.
 pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
     let unknown = unknown(table, known);
     let (first, others) = unknown.split_first()?;
@@ -198,7 +198,7 @@ pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
     for column in &others[..named - 1] {
         note = note.label(column.place, "");
     }
-    // Meant can only be what has no column yet.
+    // Only names without a column can have been meant.
     let there: HashSet<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
     let absent: Vec<&str> = known.iter().copied().filter(|name| !there.contains(name)).collect();
     let meant = unknown
@@ -210,7 +210,7 @@ pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
     })
 }
 
-/// A name as far as it can be read at a glance.
+/// A name, shortened for a message.
 fn shortened(name: &str) -> Cow<'_, str> {
     match name.char_indices().nth(SHOWN) {
         Some((end, _)) => Cow::Owned(format!("{}…", &name[..end])),
@@ -231,17 +231,17 @@ fn no_column(table: &Table, input: &Declared<'_>, known: &[&str]) -> Diagnostic 
     })
 }
 
-/// The values of a column in SI, as the model counts them.
+/// The values of a column in SI, in the model's convention.
 pub fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
     let Some(unit) = verify(column, declared)? else {
         return Ok(column.values.clone());
     };
-    // What the model counts in: SI, from the zero of the declared unit.
+    // The model's convention: SI, relative to the zero of the declared unit.
     let si = Unit { factor: 1.0, offset: 0.0, ..declared.unit.clone() };
     Ok(column.values.iter().map(|&value| convert(value, unit, &si)).collect())
 }
 
-/// The unit of a column that can be read as declared; `None` where both are plain numbers.
+/// The unit of a column that can be read as declared; `None` if both are plain numbers.
 fn verify<'c>(column: &'c Column, declared: &Declared<'_>) -> Result<Option<&'c Unit>, Diagnostic> {
     if let Some(fault) = &column.fault {
         return Err(fault.clone());
@@ -260,7 +260,7 @@ fn verify<'c>(column: &'c Column, declared: &Declared<'_>) -> Result<Option<&'c 
             }
             return Err(diagnostic);
         }
-        // A plain number can only be meant as such: 53 might be per cent or a factor.
+        // A plain number must be declared as one: 53 might be per cent or a factor.
         None if declared.unit.dimension == Dimension::ONE && declared.unit.factor == 1.0 => None,
         None => {
             let message = format!("the column `{}` has no unit", column.name);

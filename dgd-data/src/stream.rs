@@ -1,7 +1,7 @@
-//! A recording that is still being written: its rows one by one, as they come.
+//! A growing recording: its rows one by one, as they arrive.
 //!
-//! The header is read as that of a file ([`read`](crate::read)), and a
-//! [`Table`] without rows says what the columns are. A row ends with its line, so that one that cannot be read hides none behind it.
+//! The header is read as that of a file ([`read`](crate::read)), and a [`Table`] without rows describes the columns. A
+//! row ends with its line, so that an unreadable one does not hide those after it.
 
 use std::fmt;
 use std::io::{self, BufRead, Cursor, Read};
@@ -23,21 +23,21 @@ use crate::read::{decompressed, unreadable};
 use crate::select::Declared;
 use crate::table::{Column, Disorder, Order, Table};
 
-/// Rows as they come.
+/// Rows as they arrive.
 pub struct Stream<'a> {
     records: Records<Box<dyn BufRead + 'a>>,
     name: String,
     n_cells: usize,
-    /// Seconds in the header's unit, if it has one.
+    /// Factor from the header's unit to seconds, if there is a unit.
     factor: Option<f64>,
     clock: Option<Clock>,
-    /// The last time, and how many rows had it.
+    /// The last time, and the number of rows at it.
     last: Option<(f64, usize)>,
-    /// What is read of each row.
+    /// The cells to read from each row.
     cells: Vec<Option<Cell>>,
 }
 
-/// A column that is read.
+/// A column to read.
 struct Cell {
     position: usize,
     name: String,
@@ -45,15 +45,15 @@ struct Cell {
     si: Unit,
 }
 
-/// Why a row could not be read.
+/// The reason why a row could not be read.
 #[derive(Debug)]
 pub struct RowFault {
     name: String,
     /// The line, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// The fault.
     pub what: String,
-    /// Whether nothing can be read behind it.
+    /// Whether nothing can be read after it.
     pub is_end: bool,
 }
 
@@ -64,11 +64,11 @@ impl fmt::Display for RowFault {
 }
 
 impl<'a> Stream<'a> {
-    /// Reads down to the header; `name` is what messages call the stream.
+    /// Reads down to the header; `name` is the stream's name in messages.
     ///
     /// # Errors
     ///
-    /// There is no header, or something is wrong with all of it.
+    /// There is no header, or a mistake invalidates the whole stream.
     pub fn open(
         name: &str,
         renames: &[Rename],
@@ -136,26 +136,26 @@ impl<'a> Stream<'a> {
         Ok((Stream { records, name, n_cells, factor, clock, last, cells }, table))
     }
 
-    /// The stamp of the first row, once that was read, where times are stamps.
+    /// The timestamp of the first row, once read, if times are timestamps.
     pub fn epoch(&self) -> Option<Epoch> {
         self.clock.as_ref().and_then(Clock::epoch)
     }
 
-    /// Says what is wanted of each row: the columns of these names, in SI as the model counts. Whether they
-    /// can be had, [`select`](crate::select) has checked with the table.
+    /// Sets the columns to read from each row, in SI in the model's convention. [`select`](crate::select) has checked
+    /// them with the table.
     pub fn want(&mut self, table: &Table, declared: &[Declared<'_>]) {
         let cell = |declared: &Declared<'_>| {
-            let at = table.columns.iter().position(|column| column.name == declared.name)?;
-            let Column { name, unit, .. } = &table.columns[at];
+            let position = table.columns.iter().position(|column| column.name == declared.name)?;
+            let Column { name, unit, .. } = &table.columns[position];
             let si = Unit { factor: 1.0, offset: 0.0, ..declared.unit.clone() };
             // The time comes first.
-            Some(Cell { position: at + 1, name: name.clone(), unit: unit.clone(), si })
+            Some(Cell { position: position + 1, name: name.clone(), unit: unit.clone(), si })
         };
         self.cells = declared.iter().map(cell).collect();
     }
 
-    /// The next row: its time, s since the first, and what is wanted of it, NaN for a missing value. After a
-    /// row that could not be read it is the one behind that, unless that was the end.
+    /// The next row: its time, s since the first, and the requested values, NaN for missing ones. After an unreadable
+    /// row it is the following one, unless that was the end.
     ///
     /// # Errors
     ///
@@ -217,7 +217,7 @@ impl<'a> Stream<'a> {
     }
 }
 
-/// Bytes of the longest text down to the header line.
+/// Size limit of the text down to the header line, in bytes.
 const LONGEST_HEAD: usize = 16 << 20;
 
 /// The text down to the header line.

@@ -1,4 +1,4 @@
-//! A data file as it was read: columns of numbers, and a report on cells that do not hold one.
+//! A data file after reading: columns of numbers, and a report on cells that are not numbers.
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{SourceId, Span};
@@ -11,51 +11,51 @@ use crate::csv::clock::Epoch;
 /// Every column has [`Table::len`] values. Times never decrease.
 #[derive(Debug, Clone)]
 pub struct Table {
-    /// The file, as far as it is kept for diagnostics: all of it, or the head of a long one.
+    /// The file, as far as it is kept for diagnostics: the whole of a short one, or the head of a long one.
     pub source: SourceId,
-    /// Digest of the bytes of the file, compressed as they are; none of one that is read row by row.
+    /// Digest of the stored bytes, compressed or not; none for a file that is read row by row.
     pub digest: Option<u128>,
     /// Its header line.
     pub header: Span,
-    /// Seconds since the first sample, where the file has a time column. Two equal ones are the
-    /// left and right side of a jump, three or more are replicates.
+    /// Seconds since the first sample, if the file has a time column. Two equal ones are the left and right side of a
+    /// jump, three or more are replicates.
     pub time: Option<Vec<f64>>,
-    /// What to tell the user where the time column is called otherwise.
+    /// A note for the user if the time column has another name.
     pub time_note: Option<Diagnostic>,
-    /// The stamp of the first sample, where times are stamps.
+    /// The timestamp of the first sample, if times are timestamps.
     pub epoch: Option<Epoch>,
-    /// What is wrong with the order of times, where the file was read as it is.
+    /// Disorder of the times, if it was tolerated.
     pub disorder: Disorder,
-    /// Rows beyond the second with one time.
+    /// Third and further rows at the same time.
     pub replicates: Vec<Replicate>,
-    /// The columns besides time, in the order of the file.
+    /// The columns other than time, in the order of the file.
     pub columns: Vec<Column>,
     pub(crate) n_rows: usize,
 }
 
-/// A row beyond the second with one time.
+/// A third or further row at the same time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replicate {
-    /// Which row.
+    /// Its index.
     pub row: usize,
-    /// The first row with its time.
+    /// The first row at its time.
     pub first: usize,
     /// The cell with the time.
     pub time: Cells,
 }
 
-/// Times that do not run forwards, in a file that was read as it is.
+/// Disorder of times, in a file read with tolerance for it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Disorder {
-    /// The first time that comes after a later one, in words, and whether that one is left out.
+    /// The first time that comes after a later one, in words, and whether the later one is left out.
     pub backwards: Option<String>,
-    /// The first time that more than two rows have.
+    /// The first time shared by more than two rows.
     pub crowded: Option<String>,
-    /// Rows that are left out because of either.
+    /// Rows left out because of either.
     pub left_out: usize,
 }
 
-/// What becomes of rows whose time does not run forwards. As few are left out as it takes.
+/// Treatment of rows whose time runs backwards. As few as possible are left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Order {
     /// The file is refused.
@@ -69,25 +69,25 @@ pub(crate) enum Order {
 pub struct Column {
     /// Name, without the unit.
     pub name: String,
-    /// Unit of the values; `None` where the header has none, or none that is understood.
+    /// Unit of the values; `None` if the header has none, or an unknown one.
     pub unit: Option<Unit>,
     /// Values in that unit; NaN marks a missing one.
     pub values: Vec<f64>,
     /// The header cell.
     pub place: Span,
-    /// What is wrong with the header cell.
+    /// The fault of the header cell.
     pub fault: Option<Diagnostic>,
-    /// Cells of the file that hold no value, if any.
+    /// Cells of the file without a value, if any.
     pub missing: Option<Cells>,
-    /// Cells of the file that hold something else than a number, if any; their values are NaN.
+    /// Cells of the file that are not numbers, if any; their values are NaN.
     pub not_numbers: Option<Cells>,
 }
 
-/// Share of rows that repeat the one before from which on a column is held.
+/// Share of repeated rows above which a column counts as held.
 const HELD: f64 = 0.5;
 
 impl Column {
-    /// Whether values are held from row to row, as those of a command are and those of a measurement are not.
+    /// Whether values are held from row to row, as for commands but not for measurements.
     pub fn is_held(&self) -> bool {
         let same = self.values.windows(2).filter(|pair| pair[0] == pair[1]).count();
         same as f64 >= HELD * (self.values.len() as f64 - 1.0).max(1.0)
@@ -97,26 +97,26 @@ impl Column {
 /// The first of some cells, and their number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cells {
-    /// Where the first is.
+    /// Location of the first.
     pub first: Location,
-    /// What it says.
+    /// Its text.
     pub text: String,
-    /// How many there are.
+    /// Their number.
     pub count: usize,
 }
 
 /// A place in a data file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Location {
-    /// What can be pointed at: the place itself, or the header of its column.
+    /// The span to point to: the place itself, or the header of its column.
     pub span: Span,
-    /// The line, from 1, where the text there is not kept.
+    /// The line, from 1, if its text is not kept.
     pub line: Option<usize>,
-    /// The row, from 0, of what never was a text.
+    /// The row, from 0, of data that is not text.
     pub row: Option<usize>,
 }
 
-/// Characters of a cell that are quoted in a message.
+/// Characters of a cell quoted in a message.
 pub(crate) const SHOWN: usize = 40;
 
 impl Table {
@@ -125,7 +125,7 @@ impl Table {
         self.n_rows
     }
 
-    /// Whether there are no rows; a table that was read has some.
+    /// Whether there are no rows; a table read from a file has some.
     pub fn is_empty(&self) -> bool {
         self.n_rows == 0
     }
@@ -135,7 +135,7 @@ impl Table {
         self.columns.iter().find(|column| column.name == name)
     }
 
-    /// Seconds since the first sample, where a recording is needed.
+    /// Seconds since the first sample, for a table that must be a recording.
     pub fn recording(&self, diagnostics: &mut Diagnostics) -> Result<&[f64], Reported> {
         self.time.as_deref().ok_or_else(|| {
             let span = self.columns.first().map_or(self.header, |column| column.place);
@@ -149,7 +149,7 @@ impl Table {
 }
 
 impl Cells {
-    /// One cell. What it says is cut where it is long.
+    /// A single cell, with a long text truncated.
     pub(crate) fn one(first: Location, text: String) -> Cells {
         let text = match text.char_indices().nth(SHOWN) {
             Some((end, _)) => format!("{}…", &text[..end]),
@@ -158,7 +158,7 @@ impl Cells {
         Cells { first, text, count: 1 }
     }
 
-    /// Counts a cell; only the first is looked at.
+    /// Counts a cell; only the first is evaluated.
     pub(crate) fn count(cells: &mut Option<Cells>, cell: impl FnOnce() -> (Location, String)) {
         if let Some(cells) = cells {
             cells.count += 1;

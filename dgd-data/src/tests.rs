@@ -1,4 +1,4 @@
-//! Reading and selecting: every mistake at its place, and what is accepted.
+//! Reading and selecting: every mistake at its place, and accepted input.
 
 use std::io::Write as _;
 
@@ -13,7 +13,7 @@ use crate::select::{Declared, inputs, measured, unknown, unknown_note};
 use crate::table::Order;
 use crate::{Rename, Table, read, read_from};
 
-/// Reads a text; the second is the mistakes found, as `code line:column message`.
+/// Reads a text; also returns the mistakes as `code line:column message`.
 fn table(text: impl AsRef<[u8]>) -> (Option<Table>, Vec<String>) {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let table = read_from("a.csv", text.as_ref(), &mut sources, &mut diagnostics);
@@ -22,10 +22,10 @@ fn table(text: impl AsRef<[u8]>) -> (Option<Table>, Vec<String>) {
 }
 
 fn list(diagnostics: &Diagnostics, sources: &Sources) -> Vec<String> {
-    let all = diagnostics.sorted();
-    // Whatever is reported can be drawn.
-    assert_eq!(render(&all, sources, Style::Plain).is_empty(), all.is_empty());
-    let entries = all.iter().map(|diagnostic| entry(diagnostic, sources));
+    let sorted = diagnostics.sorted();
+    // Every diagnostic can be drawn.
+    assert_eq!(render(&sorted, sources, Style::Plain).is_empty(), sorted.is_empty());
+    let entries = sorted.iter().map(|diagnostic| entry(diagnostic, sources));
     entries
         .map(|e| format!("{} {}:{} {}", e.code, e.places[0].line, e.places[0].column, e.message))
         .collect()
@@ -97,7 +97,7 @@ fn what_stands_around_the_table_does_not_matter() {
     let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
     gzip.write_all(b"time [s],x [m]\n0,1\n").expect("to memory");
     let mut stream = gzip.finish().expect("to memory");
-    // A gzip file may be several streams one after the other.
+    // A gzip file may consist of several streams.
     let mut gzip = flate2::write::GzEncoder::new(&mut stream, flate2::Compression::default());
     gzip.write_all(b"1,2\n").expect("to memory");
     gzip.finish().expect("to memory");
@@ -200,7 +200,7 @@ fn inputs_are_found_and_converted() {
     assert_eq!(input("x [K]\n20\n", "degC"), Ok(vec![20.0]));
     assert_eq!(input("x [%]\n50\n", "1"), Ok(vec![0.5]));
     assert_eq!(input("x\n50\n", "1"), Ok(vec![50.0]));
-    // Labels of a pressure's zero count only where there are two and they differ.
+    // The reference of a pressure counts only if both have one and they differ.
     for (column, declared, si) in [
         ("barg", "bara", 201_325.0),
         ("bara", "barg", -1_325.0),
@@ -251,7 +251,7 @@ fn rows_of_one_time_that_agree_are_replicates() {
     let table = good(text);
     assert_eq!(table.time.as_deref(), Some([0.0, 1.0, 1.0, 1.0, 2.0, 2.0].as_slice()));
     assert_eq!(input(text, "m"), Ok(vec![1.0, 3.0, 3.0, 3.0, 3.0, 4.0]));
-    // What is measured may differ, and what the model does not know.
+    // Outputs and unknown columns may differ.
     let replicates: Vec<[usize; 2]> = table.replicates.iter().map(|r| [r.first, r.row]).collect();
     assert_eq!(replicates, [[1, 3]]);
 }
@@ -285,7 +285,7 @@ fn columns_nobody_asks_for_are_only_named() {
 fn in_a_long_file_lines_are_told_in_words() {
     let text = "# long\ntime [s],x [m]\r\n0,1\r\n\r\n1,a\r\n0,b\r\n";
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    // As if only so many bytes could be kept.
+    // As if only this many bytes could be kept.
     let kept = "# long\ntime [s],x [m]\r\n0,1".len();
     let table = read_with(reading(kept), "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
     assert!(table.is_err());
@@ -298,7 +298,7 @@ fn in_a_long_file_lines_are_told_in_words() {
 
 #[test]
 fn no_bytes_make_it_panic() {
-    // Pieces that mean something, in a pseudo-random order (Knuth's 64-bit congruence).
+    // Meaningful fragments in a pseudorandom order (Knuth's 64-bit linear congruential generator).
     let pieces: [&[u8]; 24] = [
         b",",
         b"\n",
@@ -378,7 +378,7 @@ fn columns_take_other_names_and_units() {
     assert_eq!((names.as_slice(), table.time), (["p_r", "q"].as_slice(), Some(vec![0.0, 1.0])));
     let units = table.columns.iter().map(|c| c.unit.as_ref().map(|unit| unit.symbol.clone()));
     assert_eq!(units.collect::<Vec<_>>(), [Some("barg".to_owned()), Some("lpm".to_owned())]);
-    // Another file may have the names already; one that has neither is refused.
+    // Another file may already have the names; one with neither is refused.
     assert!(read("time [s],p_r [bar],q [lpm]\n0,1,2\n", &renames).is_ok());
     let refused = read("time [s],P_RISE [bar],q [lpm]\n0,1,2\n", &renames).expect_err("neither");
     assert_eq!(refused, ["there is no column `P_RIS`, which is to be called `p_r`"]);
@@ -413,7 +413,7 @@ fn as_few_rows_are_left_out_as_it_takes() {
         assert_eq!(table.time.as_ref().map(Vec::len), Some(table.len()));
         (table.time.unwrap_or_default(), table.columns[0].values.clone(), table.disorder)
     };
-    // One stamp far ahead, in the middle, at the end of the first, and at the start.
+    // One time far ahead, in the middle, at the end of the first, and at the start.
     let (times, x, disorder) = read(&["0", "1", "4e9", "3", "4"]);
     assert_eq!((times, x), (vec![0.0, 1.0, 3.0, 4.0], vec![0.0, 1.0, 3.0, 4.0]));
     assert_eq!(disorder.left_out, 1);
@@ -431,7 +431,7 @@ fn as_few_rows_are_left_out_as_it_takes() {
         (times, x),
         (vec![0.0, 1.0, 2.0, 3.0, 3.5, 4.5], vec![0.0, 1.0, 2.0, 3.0, 6.0, 7.0])
     );
-    // Two of one time are a jump, three are too many, in whatever order they come.
+    // Two rows at one time are a jump, three are too many, in any order.
     let (times, x, disorder) = read(&["0", "1", "1", "0.5", "1", "2"]);
     assert_eq!((times, x), (vec![0.0, 1.0, 1.0, 2.0], vec![0.0, 1.0, 2.0, 5.0]));
     assert_eq!(disorder.left_out, 2);
@@ -444,9 +444,9 @@ fn new_names_are_read_as_carefully_as_headers() {
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
         let reading = Reading { renames: &renames, ..reading(1000) };
         let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
-        let all = diagnostics.sorted();
-        assert_eq!(table.is_err(), !render(&all, &sources, Style::Plain).is_empty());
-        let entries = all.iter().map(|diagnostic| entry(diagnostic, &sources));
+        let sorted = diagnostics.sorted();
+        assert_eq!(table.is_err(), !render(&sorted, &sources, Style::Plain).is_empty());
+        let entries = sorted.iter().map(|diagnostic| entry(diagnostic, &sources));
         let list: Vec<String> = entries
             .map(|e| format!("{}:{} {}", e.places[0].file, e.places[0].column, e.message))
             .collect();
@@ -467,7 +467,7 @@ fn new_names_are_read_as_carefully_as_headers() {
             "{refused:?}"
         );
     }
-    // The unit of the file stands where the new name has none, and so does what is wrong with it.
+    // Without a unit in the new name, the unit of the file applies, including its faults.
     let (table, _) = read("time [s],T [°C]\n0,1\n", "T=T_a");
     let column = &table.expect("a recording").columns[0];
     assert_eq!((column.name.as_str(), column.unit.as_ref()), ("T_a", Some(&unit("°C"))));

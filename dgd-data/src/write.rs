@@ -1,10 +1,10 @@
-//! Tables to CSV, and from there to Parquet, in the units a model declares.
+//! Writes tables as CSV, and from there as Parquet, in the units that a model declares.
 //!
-//! Numbers have the fewest digits that read back to the same number. A value crosses from SI to
-//! its unit by a division, and back by a multiplication; each rounds. So of the numbers about the
-//! quotient one is written that reads back to the same SI value, if there is one. Where there is
-//! none (neighbours are further apart in the unit than in SI), the SI value that is read back is
-//! off by one unit in the last place of the value or, where that is larger, of the unit's offset.
+//! Numbers have the fewest digits that read back to the same number. A value is converted from SI to its unit by a
+//! division, and back by a multiplication, both with rounding. Therefore, of the numbers near the quotient, one is
+//! written that reads back to the same SI value, if there is one. Otherwise (neighbours are further apart in the unit
+//! than in SI), the SI value that is read back is off by one unit in the last place of the value or, if larger, of the
+//! unit's offset.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -28,7 +28,7 @@ pub struct Written<'a> {
     pub unit: &'a Unit,
     /// Values in SI; NaN marks a missing one.
     pub values: &'a [f64],
-    /// The stamp of zero, where these are times that are written as stamps.
+    /// The timestamp of zero, for times that are written as timestamps.
     pub epoch: Option<Epoch>,
 }
 
@@ -57,7 +57,7 @@ pub fn write_table(
     write_rows(out, &columns)
 }
 
-/// Writes a table with these times, in seconds; from an epoch on as the stamps that they are then.
+/// Writes a table with these times, in seconds; with an epoch, as timestamps.
 ///
 /// # Panics
 ///
@@ -97,7 +97,7 @@ fn push_cell(line: &mut String, column: &Written<'_>, row: usize) {
 /// Writes the header line of these columns.
 pub fn write_header(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> io::Result<()> {
     let header = |column: &Written<'_>| match column.epoch {
-        // Stamps have no unit.
+        // Timestamps have no unit.
         Some(_) => quoted(column.name),
         None => quoted(&format!("{} [{}]", column.name, column.unit.symbol)),
     };
@@ -121,7 +121,7 @@ pub fn write_rows(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> i
             }
             push_cell(&mut line, column, row);
         }
-        // An empty line would be no row.
+        // An empty line would not be a row.
         if line.is_empty() {
             line.push_str("NaN");
         }
@@ -131,7 +131,7 @@ pub fn write_rows(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> i
     Ok(())
 }
 
-/// Writes a table to a file that appears whole or not at all; compressed if its name ends in `.gz`.
+/// Writes a table atomically to a file; compressed if its name ends in `.gz`.
 ///
 /// # Panics
 ///
@@ -144,14 +144,14 @@ pub fn save_table(
     save(path, |out| write_table(out, time, columns))
 }
 
-/// Writes a file that appears whole or not at all; compressed if its name ends in `.gz`.
+/// Writes a file atomically; compressed if its name ends in `.gz`.
 pub fn save(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {
     write_whole(path, |out| {
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz")) {
-            // The header of the stream holds neither name nor time: equal tables, equal files.
+            // The gzip header contains neither name nor time, so that equal tables give equal files.
             let mut compressed = GzEncoder::new(out, Compression::default());
             write(&mut compressed)?;
             compressed.finish()?;
@@ -162,7 +162,7 @@ pub fn save(
     })
 }
 
-/// Writes a Parquet file that appears whole or not at all; `write_csv` writes the table as CSV.
+/// Writes a Parquet file atomically; `write_csv` writes the table as CSV.
 pub fn save_parquet(
     path: &Path,
     write_csv: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -180,7 +180,7 @@ fn push_in_unit(line: &mut String, si: f64, unit: &Unit) {
     push_number(line, value);
 }
 
-/// An SI value in a unit: of the numbers that read back to it, one with few digits.
+/// An SI value in a unit: among the numbers that read back to it, one with few digits.
 pub fn in_unit(si: f64, unit: &Unit) -> f64 {
     read_back(si, unit, &mut String::new())
 }
@@ -191,7 +191,7 @@ fn read_back(si: f64, unit: &Unit, space: &mut String) -> f64 {
     }
     let quotient = unit.from_si(si);
     let reads_back = |value: &f64| value * unit.factor + unit.offset == si;
-    // 1583.7 and not 1583.7000000000003, where both are read as the same SI value.
+    // 1583.7 instead of 1583.7000000000003, if both read back as the same SI value.
     [15, 16]
         .into_iter()
         .map(|digits| rounded(quotient, digits, space))
@@ -203,10 +203,10 @@ fn read_back(si: f64, unit: &Unit, space: &mut String) -> f64 {
         .unwrap_or(quotient)
 }
 
-/// The number rounded to so many decimal digits; `space` is left as it was.
+/// The number rounded to this many decimal digits; `space` is left unchanged.
 fn rounded(value: f64, digits: usize, space: &mut String) -> f64 {
     let start = space.len();
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let _ = write!(space, "{value:.*e}", digits - 1);
     let rounded = space[start..].parse().unwrap_or(value);
     space.truncate(start);
@@ -223,7 +223,7 @@ mod tests {
     use crate::select::{Declared, inputs};
     use crate::{Table, read};
 
-    /// A unit as the compiler knows it, and as a compiled model does.
+    /// A unit in the types of the compiler and of a compiled model.
     fn units(symbol: &str) -> (dgd_compiler::units::Unit, Unit) {
         let unit = parse_unit(symbol).expect("a unit of the catalogue");
         let symbol = symbol.to_owned().into();
@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn a_table_is_read_as_it_was_written() {
-        // A pseudo-random walk through many magnitudes (Knuth's 64-bit congruence).
+        // A pseudorandom walk through many magnitudes (Knuth's 64-bit linear congruential generator).
         let mut state = 7_u64;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);

@@ -1,4 +1,4 @@
-//! Which program computes results, and on what kind of machine: equal ones give equal bytes.
+//! Identifies the program and machine that compute results: equal identities give bitwise equal results.
 
 use std::ffi::OsString;
 use std::fs;
@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 use dgd_identify::journal::Digest;
 use serde::{Deserialize, Serialize};
 
-/// How this program is started again, and the file that it is made of.
+/// The program file, and the command that starts it again.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Program {
     /// The first words of its command line.
     pub start: Vec<OsString>,
-    /// The file with its code.
+    /// The program file.
     pub file: PathBuf,
 }
 
@@ -22,14 +22,14 @@ impl Program {
     ///
     /// # Errors
     ///
-    /// The system does not tell which it is.
+    /// The system does not report the program file.
     pub fn this() -> io::Result<Program> {
         let file = std::env::current_exe()?;
         Ok(Program { start: vec![file.clone().into_os_string()], file })
     }
 }
 
-/// A build of dgd, and the kind of machine that it runs on.
+/// A build of dgd, and the platform that it runs on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     /// Version of dgd.
@@ -38,15 +38,15 @@ pub struct Identity {
     pub build: String,
     /// Processor and system, such as `x86_64-linux`.
     pub platform: String,
-    /// Digest of what the platform's elementary functions give, to the last bit.
+    /// Digest of results of the platform's elementary functions, to the last bit.
     pub arithmetic: String,
 }
 
-/// A program is tens of megabytes, and a digest takes them one by one: so many stretches have one each.
+/// Number of parts that are digested in parallel, because a program has tens of megabytes.
 const LANES: usize = 8;
 
 impl Identity {
-    /// Of a program on this machine.
+    /// The identity of a program on this machine.
     ///
     /// # Errors
     ///
@@ -60,7 +60,7 @@ impl Identity {
         })
     }
 
-    /// Why results of the other are not those of this one, as what follows "this is"; nothing where they are.
+    /// Why results of the other identity are not valid for this one, as text after "this is"; `None` if they are.
     pub fn difference(&self, other: &Identity) -> Option<String> {
         let Identity { version, build, platform, arithmetic } = self;
         if version != &other.version {
@@ -82,7 +82,7 @@ impl Identity {
     }
 }
 
-/// The end of a digest, which is enough to tell two apart by eye.
+/// The end of a digest, enough to compare by eye.
 fn short(digest: &str) -> &str {
     digest.len().checked_sub(8).and_then(|from| digest.get(from..)).unwrap_or(digest)
 }
@@ -91,7 +91,7 @@ fn shown(digest: Digest) -> String {
     format!("fnv1a-128:{:032x}", digest.value())
 }
 
-/// The digest of the digests of equal stretches of these bytes, taken side by side.
+/// The digest of the digests of equal parts of these bytes, computed in parallel.
 fn digest_in_lanes(bytes: &[u8]) -> Digest {
     let length = bytes.len().div_ceil(LANES).max(1);
     let digests: Vec<u128> = std::thread::scope(|scope| {
@@ -103,7 +103,7 @@ fn digest_in_lanes(bytes: &[u8]) -> Digest {
     Digest::EMPTY.of(&(bytes.len(), digests))
 }
 
-/// What elementary functions give of arguments over their ranges. Libraries and processors differ in last digits.
+/// Digest of values of elementary functions over their ranges. Libraries and processors differ in the last digits.
 fn arithmetic() -> Digest {
     let functions: [fn(f64) -> f64; 14] = [
         f64::exp,
@@ -158,18 +158,18 @@ mod tests {
     #[test]
     fn a_copy_of_a_program_is_the_same_and_what_differs_is_named() {
         let folder = tempfile::tempdir().expect("a folder for the test");
-        let at = |name: &str| folder.path().join(name);
+        let path = |name: &str| folder.path().join(name);
         for (name, text) in [("a", "one"), ("copy", "one"), ("b", "two")] {
-            fs::write(at(name), text).expect("the folder is writable");
+            fs::write(path(name), text).expect("the folder is writable");
         }
-        let of = |name: &str| Identity::of(&at(name)).expect("it is there");
-        assert_eq!(of("a").difference(&of("copy")), None);
-        let words = |other: Identity| of("a").difference(&other).unwrap_or_default();
-        assert!(words(of("b")).contains("another build"), "{}", words(of("b")));
+        let identity = |name: &str| Identity::of(&path(name)).expect("it is there");
+        assert_eq!(identity("a").difference(&identity("copy")), None);
+        let words = |other: Identity| identity("a").difference(&other).unwrap_or_default();
+        assert!(words(identity("b")).contains("another build"), "{}", words(identity("b")));
         let others = [
-            (Identity { version: "9.0.0".into(), ..of("b") }, "not 9.0.0"),
-            (Identity { platform: "z80-cpm".into(), ..of("a") }, "not for z80-cpm"),
-            (Identity { arithmetic: String::new(), ..of("a") }, "type of machine"),
+            (Identity { version: "9.0.0".into(), ..identity("b") }, "not 9.0.0"),
+            (Identity { platform: "z80-cpm".into(), ..identity("a") }, "not for z80-cpm"),
+            (Identity { arithmetic: String::new(), ..identity("a") }, "type of machine"),
         ];
         for (other, part) in others {
             assert!(words(other.clone()).contains(part), "{}", words(other));

@@ -1,17 +1,18 @@
-//! Work on many wells, as pieces that any machine may do, and what their results say together.
+//! Jobs on many wells, split into pieces that any machine can compute, and reports on their results.
 //!
 //! ```text
 //!   job file ─ Job ─► pieces ─ Names ─► names ─┬─ run ──► child processes ─► Store: a result for each piece
-//!                                             ├─ status: which have one
+//!                                             ├─ status: which pieces have a result
 //!                                             └─ fleet ─► Fleet: tables and pages over all wells
 //! ```
 //!
-//! A piece is one command line: a fit, a fit from one starting point, a few refits to resampled data, a profile, a search
-//! for what is missing. Its name is a digest of the program, the model's texts, the data's bytes and the options, so that
-//! a result that is there need not be computed again, whoever computed it. A result is there whole or not at all, and
-//! nothing else says what has been done: no locks, leases, clocks or lists.
+//! A piece is one command line: a fit, a fit from one starting point, a few refits to resampled data, a profile, a
+//! search for missing terms. Its name is a digest of the program, the model's texts, the data's bytes and the options,
+//! so that an existing result need not be computed again, on whatever machine it was computed. A result is either
+//! complete or absent, and is the only record of progress: there are no locks, leases, clocks or lists.
 //!
-//! Knows no arguments and prints nothing. Who computes a piece is given by the caller ([`work::serve`]).
+//! This crate does not parse arguments or print. The caller provides the function that computes a piece
+//! ([`work::serve`]).
 
 pub mod fleet;
 mod identity;

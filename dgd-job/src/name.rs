@@ -1,4 +1,4 @@
-//! What pieces are called: digests of all that their results are functions of.
+//! Names of pieces: digests of everything that determines their results.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -18,12 +18,12 @@ pub struct Names {
     folder: PathBuf,
     of: Digest,
     models: Mutex<BTreeMap<(String, Vec<String>), String>>,
-    /// The digest of a data file, or why it cannot be read.
+    /// The digest of a data file, or the error of reading it.
     data: Mutex<BTreeMap<String, Result<u128, String>>>,
 }
 
 impl Names {
-    /// Of pieces whose paths are seen from this folder, done by this build.
+    /// For pieces whose paths are relative to this folder, computed by this build.
     pub fn new(folder: &Path, identity: &Identity) -> Names {
         let Identity { version, build, platform, arithmetic } = identity;
         Names {
@@ -43,7 +43,7 @@ impl Names {
         format!("{:032x}", digest.of(&(model, data)).value())
     }
 
-    /// The digest of the texts of its model and of the effects that it may use.
+    /// The digest of the texts of its model and of its effects.
     fn model(&self, piece: &Piece) -> String {
         let mut apply = values(&piece.options, "--apply");
         let mut folders = Vec::new();
@@ -56,7 +56,7 @@ impl Names {
         if let Some(known) = lock(&self.models).get(&key_of_kind) {
             return known.clone();
         }
-        // An effect that is a file is seen from the folder of the job, as the model is.
+        // The path of an effect file is relative to the folder of the job, like that of the model.
         for effect in &mut apply {
             if effect.split('(').next().is_some_and(is_file) {
                 *effect = self.folder.join(&*effect).display().to_string();
@@ -83,7 +83,7 @@ impl Names {
     }
 }
 
-/// Whether an effect is a file, and not a name.
+/// Whether an effect is a file rather than a name.
 fn is_file(effect: &str) -> bool {
     Path::new(effect.trim()).extension().is_some_and(|ending| ending == "dgd")
 }
@@ -92,20 +92,20 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What an option is given, each time: `--apply x` and `--apply=x`.
+/// All values of an option: `--apply x` and `--apply=x`.
 fn values(words: &[String], option: &str) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut given_values = Vec::new();
     let mut words = words.iter();
     while let Some(word) = words.next() {
         if word == option {
-            found.extend(words.next().cloned());
+            given_values.extend(words.next().cloned());
         } else if let Some(value) =
             word.strip_prefix(option).and_then(|rest| rest.strip_prefix('='))
         {
-            found.push(value.to_owned());
+            given_values.push(value.to_owned());
         }
     }
-    found
+    given_values
 }
 
 #[cfg(test)]
@@ -154,11 +154,11 @@ mod tests {
         let fit = piece(Kind::Fit, &["--apply", "leak"]);
         let search = piece(Kind::Discover, &["--effects=more"]);
         let plain = piece(Kind::Fit, &[]);
-        let all = [&fit, &search, &plain];
-        let before = all.map(named);
-        assert_eq!(before, all.map(named), "it is a function");
+        let pieces = [&fit, &search, &plain];
+        let before = pieces.map(named);
+        assert_eq!(before, pieces.map(named), "it is a function");
         assert!(before[0].len() == 32 && before[0] != before[1] && before[0] != before[2]);
-        // A copy elsewhere has the same names.
+        // A copy in another folder has the same names.
         let copy = tempfile::tempdir().expect("a folder for the test");
         let copied = std::process::Command::new("cp")
             .arg("-r")
@@ -168,7 +168,7 @@ mod tests {
         if copied.is_ok_and(|status| status.success()) {
             assert_eq!(Names::new(copy.path(), &identity()).of(&fit), before[0]);
         }
-        // Which names change with which text.
+        // The names that change with each text.
         for (file, text, changes) in [
             ("tank.dgd", "model tank\n", [true, true, true]),
             ("gravity.dgd", "constant g [m/s^2] = 9.82\n", [true, true, true]),
@@ -179,13 +179,13 @@ mod tests {
         ] {
             let kept = fs::read_to_string(place.path().join(file)).expect("it is there");
             write(file, text);
-            let after = all.map(named);
+            let after = pieces.map(named);
             let changed = [0, 1, 2].map(|k| before[k] != after[k]);
             assert_eq!(changed, changes, "{file}");
             write(file, &kept);
         }
-        assert_eq!(before, all.map(named));
-        // And with which words.
+        assert_eq!(before, pieces.map(named));
+        // And with each field of a piece.
         let others = [
             Piece { well: "B".into(), ..plain.clone() },
             Piece { when: "then".into(), ..plain.clone() },

@@ -1,4 +1,4 @@
-//! What becomes of a piece, and the document that says it.
+//! The outcome of a piece, and its JSON document.
 
 use std::collections::BTreeMap;
 
@@ -9,27 +9,27 @@ use serde_json::{Value, json};
 use crate::piece::Piece;
 use crate::store::State;
 
-/// What becomes of a piece.
+/// The outcome of a piece.
 #[derive(Debug)]
 pub enum Outcome {
     /// It has a result.
     Done {
         /// The result for programs, as the command prints it.
         result: Value,
-        /// Why the result is not what it should be, such as a fit that has not converged.
+        /// Why the result is incomplete, for example because a fit did not converge.
         stopped: Option<String>,
-        /// What was remarked.
+        /// Remarks.
         remarks: Vec<String>,
-        /// Files that the command would write besides, by name.
+        /// Other files that the command would write, by name.
         files: BTreeMap<String, String>,
     },
-    /// It has none.
+    /// It has no result.
     Failed {
-        /// Why.
+        /// The class of the failure.
         class: Class,
-        /// Why, in a sentence.
+        /// The reason, in a sentence.
         message: String,
-        /// The mistakes that have a place.
+        /// Diagnosed mistakes.
         mistakes: Vec<Mistake>,
     },
 }
@@ -40,25 +40,25 @@ pub enum Outcome {
 pub enum Class {
     /// The model or the data has mistakes.
     Data,
-    /// The options make no sense.
+    /// The options are invalid.
     Usage,
     /// The computation failed.
     Computation,
-    /// A mistake of dgd itself.
+    /// A bug in dgd.
     Mistake,
-    /// The process that computed it was ended each time that it was tried.
+    /// Its process was terminated on every attempt.
     Ended,
-    /// It needed more memory than a piece may have.
+    /// It exceeded its memory limit.
     Memory,
 }
 
 impl Outcome {
-    /// A failure without places.
+    /// A failure without diagnosed mistakes.
     pub fn failed(class: Class, message: impl Into<String>) -> Outcome {
         Outcome::Failed { class, message: message.into(), mistakes: Vec::new() }
     }
 
-    /// Where its document belongs.
+    /// The state under which its document is stored.
     pub fn state(&self) -> State {
         match self {
             Outcome::Done { .. } => State::Done,
@@ -67,9 +67,9 @@ impl Outcome {
     }
 }
 
-/// The text of a result: the same bytes whenever, by whomever and in whatever order it is computed.
+/// The text of a result: always the same bytes, wherever and in whatever order it is computed.
 pub fn document(name: &str, piece: &Piece, outcome: &Outcome) -> String {
-    let of = json!({
+    let identity = json!({
         "name": name,
         "well": piece.well,
         "when": piece.when,
@@ -79,7 +79,7 @@ pub fn document(name: &str, piece: &Piece, outcome: &Outcome) -> String {
     let value = match outcome {
         Outcome::Done { result, stopped, remarks, files } => json!({
             "schema": SCHEMA_VERSION,
-            "piece": of,
+            "piece": identity,
             "state": "done",
             "stopped": stopped,
             "remarks": remarks,
@@ -88,7 +88,7 @@ pub fn document(name: &str, piece: &Piece, outcome: &Outcome) -> String {
         }),
         Outcome::Failed { class, message, mistakes } => json!({
             "schema": SCHEMA_VERSION,
-            "piece": of,
+            "piece": identity,
             "state": "failed",
             "class": class,
             "error": message,

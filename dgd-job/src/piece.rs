@@ -1,10 +1,10 @@
-//! A piece of work: one command line about one well at one time.
+//! A piece of work: one command line for one well and one occasion.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What a piece does.
+/// The task of a piece.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -12,16 +12,16 @@ pub enum Kind {
     Fit,
     /// The fit from one of several starting points.
     Start {
-        /// Which, from 0.
+        /// Its number, from 0.
         number: u32,
-        /// Of how many.
+        /// The number of starting points.
         of: u32,
     },
-    /// Refits to some of many resampled data sets.
+    /// Refits to a share of many resampled data sets.
     Replicates {
-        /// The first, from 0.
+        /// Number of the first, from 0.
         from: usize,
-        /// How many.
+        /// Their number.
         count: usize,
     },
     /// The profile of an estimate.
@@ -29,12 +29,12 @@ pub enum Kind {
         /// Its name.
         of: String,
     },
-    /// A search for what the model lacks.
+    /// A search for missing terms of the model.
     Discover,
 }
 
 impl Kind {
-    /// What the command is called that does it.
+    /// The name of its command.
     pub fn command(&self) -> &'static str {
         match self {
             Kind::Discover => "discover",
@@ -44,7 +44,7 @@ impl Kind {
         }
     }
 
-    /// The options that make a share of a command's work of it.
+    /// The options that limit a command to this share of its work.
     fn options(&self) -> Vec<String> {
         let words = |words: &[(&str, String)]| {
             words.iter().flat_map(|(option, value)| [(*option).to_owned(), value.clone()]).collect()
@@ -62,7 +62,7 @@ impl Kind {
     }
 }
 
-/// As it stands in a sentence.
+/// As used in sentences.
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -77,18 +77,18 @@ impl fmt::Display for Kind {
     }
 }
 
-/// A piece of work. All paths are seen from the folder of the job file.
+/// A piece of work. All paths are relative to the folder of the job file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Piece {
     /// The well.
     pub well: String,
-    /// When its recordings were made, as the job file says it.
+    /// The date of its recordings, as given in the job file.
     pub when: String,
-    /// What is done.
+    /// Its task.
     pub kind: Kind,
     /// The model file.
     pub model: String,
-    /// Recordings to fit to.
+    /// Training recordings.
     pub data: Vec<String>,
     /// Recordings for validation.
     pub valid: Vec<String>,
@@ -99,7 +99,7 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// The words behind `dgd` that do it.
+    /// The arguments of its command, after `dgd`.
     pub fn words(&self) -> Vec<String> {
         let mut words = vec![self.kind.command().to_owned(), self.model.clone()];
         for (option, files) in [("--data", &self.data), ("--valid", &self.valid)] {
@@ -113,13 +113,13 @@ impl Piece {
         words
     }
 
-    /// The command line that does it, to be typed in the folder of the job file.
+    /// Its command line, to be typed in the folder of the job file.
     pub fn command(&self) -> String {
         shell(std::iter::once("dgd".to_owned()).chain(self.words()))
     }
 }
 
-/// Words as a shell takes them.
+/// Quotes words for a shell.
 pub fn shell(words: impl IntoIterator<Item = String>) -> String {
     let quoted = |word: String| {
         let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:+".contains(c);

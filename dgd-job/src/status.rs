@@ -1,4 +1,4 @@
-//! Which pieces of a job are done, have failed, and are open.
+//! The status of a job: which pieces are done, have failed, or are open.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,21 +12,21 @@ use crate::name::Names;
 use crate::piece::Piece;
 use crate::store::{State, Store};
 
-/// So many failures are told of in words.
+/// Failures listed in the text.
 const MOST_TOLD: usize = 20;
 
-/// How far a job is.
+/// The progress of a job.
 #[derive(Debug, Clone)]
 pub struct Status {
-    /// How many pieces there are.
+    /// Number of pieces.
     pub pieces: usize,
-    /// How many are done.
+    /// Number of pieces done.
     pub done: usize,
-    /// Those that failed.
+    /// Failed pieces.
     pub failures: Vec<Failure>,
-    /// The numbers and names of those without a result.
+    /// Numbers and names of the pieces without a result.
     pub open: Vec<(usize, String)>,
-    /// The build whose results are counted.
+    /// The build to which the results belong.
     pub identity: Identity,
 }
 
@@ -39,25 +39,25 @@ pub struct Failure {
     pub name: String,
     /// The well.
     pub well: String,
-    /// When its recordings were made.
+    /// The date of its recordings.
     pub when: String,
-    /// What was done.
+    /// Its task.
     pub what: String,
-    /// Why it failed.
+    /// The error.
     pub error: String,
-    /// The command line that fails in the same way, in the folder of the job.
+    /// The command line that reproduces the failure, in the folder of the job.
     pub command: String,
 }
 
-/// Asks the store for each piece of a job, as this build computes it.
+/// Looks up the result of each piece of a job, as computed by this build.
 ///
 /// # Errors
 ///
-/// It cannot be said which results there are.
+/// The results cannot be listed.
 pub fn status(job: &Job, store: &Store, identity: &Identity) -> Result<Status, JobError> {
     let names = Names::new(&job.folder, identity);
     let there = store.all()?;
-    let mut all = Status {
+    let mut status = Status {
         pieces: job.len(),
         done: 0,
         failures: Vec::new(),
@@ -67,12 +67,12 @@ pub fn status(job: &Job, store: &Store, identity: &Identity) -> Result<Status, J
     for (index, piece) in job.pieces().enumerate() {
         let name = names.of(&piece);
         match there.get(&name) {
-            Some(State::Done) => all.done += 1,
-            Some(State::Failed) => all.failures.push(failure(index, name, &piece, store)?),
-            None => all.open.push((index, name)),
+            Some(State::Done) => status.done += 1,
+            Some(State::Failed) => status.failures.push(failure(index, name, &piece, store)?),
+            None => status.open.push((index, name)),
         }
     }
-    Ok(all)
+    Ok(status)
 }
 
 fn failure(index: usize, name: String, piece: &Piece, store: &Store) -> Result<Failure, JobError> {
@@ -85,7 +85,7 @@ fn failure(index: usize, name: String, piece: &Piece, store: &Store) -> Result<F
 }
 
 impl Status {
-    /// For programs.
+    /// As JSON.
     pub fn to_json(&self, job: &Path, into: &Path) -> Value {
         let open = self.open.iter().map(|(index, name)| json!({ "index": index, "name": name }));
         json!({
@@ -101,7 +101,7 @@ impl Status {
         })
     }
 
-    /// For people.
+    /// As text.
     pub fn to_text(&self) -> String {
         let mut text = format!(
             "{} pieces: {} done, {} failed, {} open\n",
@@ -110,7 +110,7 @@ impl Status {
             self.failures.len(),
             self.open.len()
         );
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         for one in self.failures.iter().take(MOST_TOLD) {
             let first = one.error.lines().next().unwrap_or_default();
             let _ = writeln!(

@@ -1,5 +1,5 @@
-//! What a simulation takes without Python: `dgd_work::simulate` of a model and a recording, by a file and by columns in
-//! memory, in ms; the least of many. `dgd-python/tests/measure.py` compares its own call with it.
+//! Time of `dgd_work::simulate` without Python, for a model and a recording, from a file and from columns in memory:
+//! the shortest of many calls, in ms. `dgd-python/tests/measure.py` compares its own call with it.
 //!
 //! `cargo run --release --package dgd-work --example rust_call -- MODEL DATA`
 
@@ -9,7 +9,7 @@ use std::time::Instant;
 use dgd_data::{Columns, Disk, InMemory, Layers};
 use dgd_work::{RunRequest, Session, Silent, SimulateRequest, WorkError, simulate};
 
-/// Calls that are timed.
+/// Timed calls.
 const CALLS: usize = 60;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The least time that a call takes, ms.
+/// The shortest time of a call, ms.
 fn least<T>(call: impl Fn() -> Result<T, WorkError>) -> Result<f64, WorkError> {
     let mut least = f64::INFINITY;
     for _ in 0..CALLS {
@@ -46,12 +46,12 @@ fn least<T>(call: impl Fn() -> Result<T, WorkError>) -> Result<f64, WorkError> {
 fn columns(text: &str) -> Columns {
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let headers = lines.next().unwrap_or_default().split(',');
-    let mut all: Vec<(String, Vec<f64>)> =
+    let mut columns: Vec<(String, Vec<f64>)> =
         headers.map(|header| (header.to_owned(), Vec::new())).collect();
     for line in lines {
-        for (cell, (_, values)) in line.split(',').zip(&mut all) {
+        for (cell, (_, values)) in line.split(',').zip(&mut columns) {
             values.push(cell.parse().unwrap_or(f64::NAN));
         }
     }
-    Columns { all }
+    Columns { all: columns }
 }

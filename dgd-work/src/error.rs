@@ -1,4 +1,4 @@
-//! Why a piece of work was not done, and how one ended that has a result.
+//! Errors of tasks without a result, and the outcomes of those with one.
 
 use std::error::Error;
 use std::fmt;
@@ -8,7 +8,7 @@ use dgd_compiler::source::Sources;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// Why a piece of work has no result.
+/// The reason why a task has no result.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum WorkError {
@@ -19,13 +19,13 @@ pub enum WorkError {
         /// Where they are.
         sources: Sources,
     },
-    /// A file cannot be read or written, or does not hold what is asked of it.
+    /// A file cannot be read or written, or does not hold the requested content.
     Found(String),
-    /// What is asked for makes no sense.
+    /// The request is invalid.
     Usage(String),
     /// The computation failed.
     Computation(String),
-    /// Who watches stopped it before there was a result.
+    /// The task was cancelled before it had a result.
     Interrupted(String),
 }
 
@@ -36,48 +36,48 @@ pub enum WorkError {
 pub enum Class {
     /// The model or the data has mistakes: exit code 1 of the command line.
     Data,
-    /// The request makes no sense: exit code 2.
+    /// The request is invalid: exit code 2.
     Usage,
     /// The computation failed, or was stopped before there was a result: exit code 3, or 130.
     Computation,
 }
 
-/// How a piece of work ended that has a result.
+/// The outcome of a task that has a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ended {
-    /// As it should.
+    /// It completed.
     Done,
-    /// The result has what was looked for: exit code 1 of the command line.
+    /// The search found something to report: exit code 1 of the command line.
     Found(String),
-    /// On its way, and the result is what it reached, with the reason: exit code 3.
+    /// It ended early, and the result is as far as it got, with the reason: exit code 3.
     Stopped(String),
-    /// Stopped by who watches, and the result is what it reached: exit code 130.
+    /// It was cancelled, and the result is as far as it got: exit code 130.
     Interrupted(String),
 }
 
 /// A mistake in a model or in data, for programs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Mistake {
-    /// Its code, as `dgd explain` takes it.
+    /// Its code, for `dgd explain`.
     pub code: String,
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// Where, the place that matters most first.
+    /// Its places, the most important first.
     pub places: Vec<Spot>,
-    /// What to do.
+    /// Advice.
     pub help: Option<String>,
-    /// The same as a change of the text.
+    /// The fix as a change of the text.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fix: Option<Correction>,
 }
 
-/// A change of the text that sets a mistake right.
+/// A change of the text that fixes a mistake.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Correction {
     /// Whether `dgd check --fix` writes it.
     pub safe: bool,
-    /// The places, and as `text` what stands there instead.
+    /// The places, each with its replacement as `text`.
     pub edits: Vec<Spot>,
 }
 
@@ -92,9 +92,9 @@ pub struct Spot {
     pub column: usize,
     /// The line where it ends.
     pub end_line: usize,
-    /// The column behind its end.
+    /// The column after its end.
     pub end_column: usize,
-    /// What is said of it.
+    /// The label.
     pub text: String,
 }
 
@@ -120,13 +120,13 @@ impl Mistake {
 }
 
 impl WorkError {
-    /// What was diagnosed so far.
+    /// The diagnostics so far.
     pub fn diagnosed(diagnostics: &Diagnostics, sources: Sources) -> Self {
         let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
         WorkError::Diagnosed { diagnostics, sources }
     }
 
-    /// Which class of mistake it is.
+    /// The class of the mistake.
     pub fn class(&self) -> Class {
         match self {
             WorkError::Diagnosed { .. } | WorkError::Found(_) => Class::Data,
@@ -168,8 +168,8 @@ impl fmt::Display for WorkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             WorkError::Diagnosed { diagnostics, sources } => {
-                let all: Vec<&Diagnostic> = diagnostics.iter().collect();
-                f.write_str(render::render(&all, sources, render::Style::Plain).trim_end())
+                let collected: Vec<&Diagnostic> = diagnostics.iter().collect();
+                f.write_str(render::render(&collected, sources, render::Style::Plain).trim_end())
             }
             WorkError::Found(message)
             | WorkError::Usage(message)
@@ -181,7 +181,7 @@ impl fmt::Display for WorkError {
 
 impl Error for WorkError {}
 
-/// What an unknown name was probably meant to be, or all names that there are.
+/// The likely intended name for an unknown one, or all known names.
 pub fn meant(name: &str, known: &[&str]) -> String {
     match suggestion(name, known.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),

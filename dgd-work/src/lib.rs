@@ -1,30 +1,30 @@
-//! The work of dgd, each piece a function: a typed request in, a typed result out.
+//! The tasks of dgd, each a function with a typed request and a typed result.
 //!
 //! ```text
-//!   CheckRequest    ─ check ────► Checked        what is in a model
+//!   CheckRequest    ─ check ────► Checked        contents of a model, or its mistakes
 //!   SimulateRequest ─ simulate ─► Simulated      states and outputs over time
 //!                     simulate_each ► Ensemble   the same for many sets of parameters
 //!   RunRequest      ─ prepare ──► Prepared       the same again and again, read and compiled once
 //!   SensitivityRequest ─ sensitivity ─► Sensitivities
 //!   RunRequest      ─ equations ─► Equations     right-hand sides and Jacobians at single points
 //!   LinearizeRequest ─ linearize ─► Linearised   A, B, C, D, poles
-//!   InvertRequest   ─ invert ───► Missing        what an equation lacks, from what was measured
-//!   ScreenRequest   ─ screen ───► Screenings     what is wrong with recordings
-//!   FitRequest      ─ fit ──────► Fitted         parameters and start values from recordings
-//!                     objective ─► Objective     what a fit makes small, for optimisers elsewhere
+//!   InvertRequest   ─ invert ───► Missing        missing term of an equation, from measurements
+//!   ScreenRequest   ─ screen ───► Screenings     faults of recordings
+//!   FitRequest      ─ fit ──────► Fitted         parameters and initial values from recordings
+//!                     objective ─► Objective     objective of a fit, for external optimisers
 //!   CompareRequest  ─ compare ──► Comparison     fits of several models side by side
-//!   TrackRequest    ─ track ────► Tracked        the same row by row, as data comes in
-//!   DiscoverRequest ─ discover ─► Discovered     what a model lacks
-//!   AdoptRequest    ─ adopt ────► Adopted        a formula of it, for the library
+//!   TrackRequest    ─ track ────► Tracked        states and parameters row by row, as data comes in
+//!   DiscoverRequest ─ discover ─► Discovered     missing terms of a model
+//!   AdoptRequest    ─ adopt ────► Adopted        a discovered formula for the library
 //! ```
 //!
-//! A request has a field for each option, with the defaults of the command line. Whoever asks gives a [`Session`]
-//! besides: a seed, a number of threads, and a [`Listener`], who hears remarks and progress as they arise and may stop
-//! the work. A result serialises, and its tables, texts, figures and files are made of it
-//! alone. What is wrong is a [`WorkError`]: what, where, what helps, and which class of mistake it is.
+//! A request has a field for each option, with the defaults of the command line. The caller also passes a [`Session`]:
+//! a seed, a number of threads, and a [`Listener`], which receives remarks and progress and may cancel the task. A
+//! result serialises, and its tables, texts, figures and files derive from it alone. A failure is a [`WorkError`] with
+//! its class, message, place and advice.
 //!
-//! Nothing here reads a command line, prints, handles signals or ends a process. Files are read where a request names
-//! them, of this machine or of an [`InMemory`](dgd_data::InMemory); results are written by whoever asked.
+//! Nothing here reads a command line, prints, handles signals or ends a process. Files named in a request are read from
+//! disk or from an [`InMemory`](dgd_data::InMemory); the caller writes the results.
 //!
 //! ```
 //! use dgd_data::InMemory;

@@ -1,4 +1,4 @@
-//! Who asks for a piece of work: what is random, how many threads, which files there are, and who hears of it.
+//! The context of a task: seed, threads, files, and the listener for remarks and progress.
 
 use std::sync::Mutex;
 
@@ -9,52 +9,52 @@ use dgd_identify::{Of, Progress, Watch};
 
 use crate::error::WorkError;
 
-/// Hears of a piece of work while it is done, and may stop it.
+/// Receives remarks and progress of a task, and may cancel it.
 ///
-/// Remarks are what is worth knowing besides the result. [`Watch`] has the progress of long computations and stops
-/// them at their best so far.
+/// Remarks are notes in addition to the result. [`Watch`] receives the progress of long computations and stops them at
+/// their best so far.
 pub trait Listener: Watch {
-    /// Takes a remark, as soon as it arises.
+    /// Receives a remark as soon as it arises.
     fn remark(&self, remark: Remark<'_>);
 
-    /// Whether remarks are heard: some take work.
+    /// Whether remarks are used; some take work.
     fn hears_remarks(&self) -> bool {
         true
     }
 
-    /// Whether progress within a single run is heard: telling it takes a second thread.
+    /// Whether progress within a single run is used; reporting it takes a second thread.
     fn hears_progress(&self) -> bool {
         self.watched().is_some()
     }
 
-    /// All files have been read, before anything is computed.
+    /// Called after all files have been read, before anything is computed.
     ///
     /// # Errors
     ///
-    /// Why it must not go on, such as a result that would replace one of these files.
+    /// The reason not to continue, such as a result that would replace one of these files.
     fn has_read(&self, _sources: &Sources) -> Result<(), WorkError> {
         Ok(())
     }
 
-    /// A long computation begins; whether what it finishes is kept for another that goes on.
+    /// Called when a long computation begins; `is_kept` if it has a journal from which it can be resumed.
     fn begins(&self, _is_kept: bool) {}
 
-    /// The long computation is over: only the result is still made.
+    /// Called when the long computation has ended, before the result is made.
     fn ends(&self) {}
 }
 
-/// Something about a piece of work that is not its result.
+/// A note about a task that is not part of its result.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum Remark<'a> {
     /// A sentence.
     Words(&'a str),
-    /// A diagnostic that is not a mistake, and the texts that it points into.
+    /// A diagnostic that is not a mistake, and the sources that its spans refer to.
     Diagnostic(&'a Diagnostic, &'a Sources),
 }
 
 impl Remark<'_> {
-    /// As people read it, without colours.
+    /// As text without colours.
     pub fn to_text(&self) -> String {
         match self {
             Remark::Words(words) => (*words).to_owned(),
@@ -66,7 +66,7 @@ impl Remark<'_> {
     }
 }
 
-/// Hears nothing and stops nothing.
+/// Ignores everything and never cancels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Silent;
 
@@ -86,14 +86,14 @@ impl Listener for Silent {
     }
 }
 
-/// Collects remarks, and stops nothing.
+/// Collects remarks and never cancels.
 #[derive(Debug, Default)]
 pub struct Remarks {
     all: Mutex<Vec<String>>,
 }
 
 impl Remarks {
-    /// What was remarked so far.
+    /// The remarks so far.
     pub fn all(&self) -> Vec<String> {
         self.all.lock().map(|all| all.clone()).unwrap_or_default()
     }
@@ -115,65 +115,65 @@ impl Listener for Remarks {
     }
 }
 
-/// Who asks for a piece of work.
+/// The context of a task.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Session<'a> {
     /// Seed of everything random: equal requests and seeds give equal results.
     pub seed: u64,
-    /// Threads for what runs many simulations; no result depends on them.
+    /// Threads for tasks with many simulations; results do not depend on their number.
     pub threads: usize,
-    /// Who hears of it.
+    /// Receives remarks and progress.
     pub listener: &'a dyn Listener,
-    /// Where requests' models, effects and recordings are read from.
+    /// Source of models, effects and recordings.
     pub files: &'a dyn FileSystem,
 }
 
 impl<'a> Session<'a> {
-    /// With seed 0, all processors, the files of this machine, and this listener.
+    /// Seed 0, all processors, files on disk, and this listener.
     pub fn new(listener: &'a dyn Listener) -> Self {
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         Session { seed: 0, threads, listener, files: &Disk }
     }
 
-    /// The same with another seed.
+    /// The same session with another seed.
     #[must_use]
     pub fn with_seed(self, seed: u64) -> Self {
         Session { seed, ..self }
     }
 
-    /// The same with so many threads.
+    /// The same session with this number of threads.
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Session { threads, ..self }
     }
 
-    /// The same with other files.
+    /// The same session with other files.
     #[must_use]
     pub fn with_files(self, files: &'a dyn FileSystem) -> Self {
         Session { files, ..self }
     }
 
-    /// Says something.
+    /// Sends a remark.
     pub fn remark(self, words: &str) {
         self.listener.remark(Remark::Words(words));
     }
 
-    /// So much is done.
+    /// Reports progress.
     pub(crate) fn advanced(self, what: &'static str, done: usize, of: Of) {
         self.listener.advanced(Progress { what, done, of });
     }
 
-    /// Shows a diagnostic that is not a mistake.
+    /// Sends a diagnostic that is not a mistake.
     pub fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
         self.listener.remark(Remark::Diagnostic(diagnostic, sources));
     }
 
-    /// All files have been read.
+    /// Calls [`Listener::has_read`].
     ///
     /// # Errors
     ///
-    /// Why the listener does not let it go on.
+    /// The listener's reason not to continue.
     pub fn spare(self, sources: &Sources) -> Result<(), WorkError> {
         self.listener.has_read(sources)
     }

@@ -1,4 +1,4 @@
-//! Work on texts that were never in a file, and by several threads at once.
+//! Tasks on texts that were never in a file, and on several threads at once.
 
 use std::path::PathBuf;
 
@@ -82,7 +82,7 @@ fn recordings() -> InMemory {
     files().with("rig/monday.csv", recorded(1)).with("rig/tuesday.csv", recorded(2))
 }
 
-/// What every piece of work on the rig gives.
+/// The results of every task on the rig.
 fn worked(files: &dyn FileSystem, root: &str) -> Vec<Value> {
     let path = |name: &str| PathBuf::from(root).join(name);
     let session = Session::new(&Silent).with_files(files).with_threads(1);
@@ -92,7 +92,7 @@ fn worked(files: &dyn FileSystem, root: &str) -> Vec<Value> {
     let mut linear = LinearizeRequest::new(path("rig/tank.dgd"), LinearizeAt::Time(500.0));
     linear.data.clone_from(&run.data);
     let json = |value: Result<Value, crate::WorkError>| value.unwrap_or_else(|e| panic!("{e}"));
-    let mut all = vec![
+    let mut results = vec![
         json(check(&CheckRequest::new(path("rig/tank.dgd")), session).map(|x| {
             x.to_json().unwrap_or_else(|| panic!("a model that is checked has a description"))
         })),
@@ -105,12 +105,12 @@ fn worked(files: &dyn FileSystem, root: &str) -> Vec<Value> {
                 .map(|x| x.to_json().clone()),
         ),
     ];
-    // Files are named as they were asked for.
-    for value in &mut all {
+    // File names have the prefix of the request.
+    for value in &mut results {
         let text = value.to_string().replace(root, "");
         *value = serde_json::from_str(&text).expect("it was JSON");
     }
-    all
+    results
 }
 
 #[test]
@@ -138,15 +138,16 @@ fn what_is_hidden_in_texts_is_named() {
     let mut request = DiscoverRequest::new("rig/tank.dgd", vec!["rig/monday.csv".into()]);
     request.valid = vec!["rig/tuesday.csv".into()];
     let session = Session::new(&Silent).with_files(&texts);
-    let found = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
-    let names: Vec<&str> = found.discovery.effects.iter().map(|e| e.name.as_str()).collect();
-    assert_eq!(names, ["leak"], "{}", found.to_text(None));
-    let files = found.files().unwrap_or_else(|error| panic!("{error}"));
+    let discovered = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
+    let names: Vec<&str> = discovered.discovery.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["leak"], "{}", discovered.to_text(None));
+    let files = discovered.files().unwrap_or_else(|error| panic!("{error}"));
     let report = files.written.iter().find(|(name, _)| name == "report.html");
     let (_, page) = report.expect("there is a report");
     assert!(String::from_utf8_lossy(page).contains("<math"), "equations are in the report");
     // The corrected model is a text like any other.
-    let corrected = texts.clone().with("rig/corrected.dgd", found.discovery.corrected.as_bytes());
+    let corrected =
+        texts.clone().with("rig/corrected.dgd", discovered.discovery.corrected.as_bytes());
     let session = session.with_files(&corrected);
     assert!(check(&CheckRequest::new("rig/corrected.dgd"), session).is_ok());
 }
@@ -162,7 +163,7 @@ equation air: C*der(T) = P - T/R
 output T [K] noise 20 [mK]
 ";
 
-/// What acts in a room of which the model reads the heating only: the sun, and not the wind.
+/// Influences on a room whose model reads only the heating: the sun matters, the wind does not.
 fn day(room: &str, seed: u64) -> Vec<u8> {
     let rows = (0..400).map(|k: u64| {
         let heating = [0, 800, 1500, 300][((k / 23 + seed) % 4) as usize];
@@ -197,16 +198,16 @@ fn a_column_that_the_model_lacks_is_found_where_it_acts() {
     let session = Session::new(&Silent).with_files(&files);
     let mut request = DiscoverRequest::new("room.dgd", vec!["monday.csv".into()]);
     request.valid = vec!["tuesday.csv".into()];
-    let found = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
-    let law = found.discovery.law.as_ref().expect("a law");
+    let discovered = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
+    let law = discovered.discovery.law.as_ref().expect("a law");
     let [term] = &law.terms[..] else { panic!("{:?}", law.terms) };
     assert_eq!(term.target, "air");
     assert!(term.formula.ends_with("[m^2] * sun"), "{}", term.formula);
     let [area] = &term.coefficients[..] else { panic!("{term:?}") };
     assert!((area.value - 1.7).abs() < 4.0 * area.std.expect("a standard deviation"), "{area:?}");
-    // Its declaration comes with it, and those of others do not.
-    assert_eq!(found.base, ROOM);
-    let corrected = &found.discovery.corrected;
+    // Only the declaration of the used column is added.
+    assert_eq!(discovered.base, ROOM);
+    let corrected = &discovered.discovery.corrected;
     assert!(
         corrected.contains("input P   [W]     hold\ninput sun [W/m^2] linear\n"),
         "{corrected}"
@@ -215,16 +216,16 @@ fn a_column_that_the_model_lacks_is_found_where_it_acts() {
     let corrected = files.clone().with("corrected.dgd", corrected.as_bytes());
     let session = session.with_files(&corrected);
     assert!(check(&CheckRequest::new("corrected.dgd"), session).is_ok());
-    // The digest is that of the model as it is.
+    // The digest is that of the original model.
     let mut request = FitRequest::new("room.dgd", vec!["monday.csv".into()]);
     request.valid = vec!["tuesday.csv".into()];
     let fit = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
     let digest = |of: &Value| of.pointer("/provenance/model").cloned().expect("a digest");
-    assert_eq!(digest(&found.to_json()), digest(fit.to_json()));
+    assert_eq!(digest(&discovered.to_json()), digest(fit.to_json()));
 }
 
-/// A cell whose charge at the start is known. Its voltmeter shows a little too much, for which the
-/// other parameters can make up, but not if the first readings decide where the charge begins.
+/// A cell with a known initial charge. Its voltmeter has a small offset, for which the other parameters can compensate,
+/// unless the first readings determine the initial charge.
 const CELL: &str = "\
 model cell
 input i [A] hold
@@ -259,13 +260,18 @@ fn a_start_that_is_fixed_stays_in_a_search_as_in_a_fit() {
     let session = session.with_files(&files);
     let mut request = DiscoverRequest::new("cell.dgd", vec!["monday.csv".into()]);
     request.valid = vec!["tuesday.csv".into()];
-    let found = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(found.discovery.verdict, Verdict::Sufficient, "{}", found.discovery.reason);
+    let discovered = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(
+        discovered.discovery.verdict,
+        Verdict::Sufficient,
+        "{}",
+        discovered.discovery.reason
+    );
     let mut request = FitRequest::new("cell.dgd", vec!["monday.csv".into()]);
     request.valid = vec!["tuesday.csv".into()];
     let fit = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
     let k = fit.to_json().pointer("/parameters/k/value").and_then(Value::as_f64);
-    let base = found.discovery.base_parameters.iter().find(|p| p.name == "k");
+    let base = discovered.discovery.base_parameters.iter().find(|p| p.name == "k");
     let (k, base) = (k.expect("a value"), base.expect("it is estimated").value);
     assert!((k - base).abs() < 1e-6, "{k} {base}");
 }
@@ -305,9 +311,9 @@ fn start_values_of_elements_are_estimated_where_asked() {
         request.sought.free = free.iter().map(|&name| name.to_owned()).collect();
         fit(&request, session.with_files(&files)).unwrap_or_else(|error| panic!("{error}"))
     };
-    let all = fitted(&["k", "T"]).to_json().clone();
+    let result = fitted(&["k", "T"]).to_json().clone();
     let close = |pointer: &str, wanted: f64, within: f64| {
-        let value = all.pointer(pointer).and_then(Value::as_f64);
+        let value = result.pointer(pointer).and_then(Value::as_f64);
         assert!(value.is_some_and(|v| (v - wanted).abs() < within), "{pointer}: {value:?}");
     };
     close("/parameters/k/value", 0.14, 1e-3);
@@ -319,7 +325,7 @@ fn start_values_of_elements_are_estimated_where_asked() {
         starts.unwrap_or_default().into_iter().map(|(name, _)| name).collect()
     };
     assert_eq!(starts(&["k", "T[2]"]), ["T[2]"]);
-    // Unless they are asked for, they are the model's.
+    // Without a request they come from the model.
     assert!(starts(&[]).is_empty());
 }
 
@@ -345,11 +351,13 @@ fn a_search_that_is_stopped_has_a_result_that_says_so() {
     let mut request = DiscoverRequest::new("rig/tank.dgd", vec!["rig/monday.csv".into()]);
     request.valid = vec!["rig/tuesday.csv".into()];
     let session = Session::new(&Impatient).with_files(&texts);
-    let found = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
-    assert!(found.discovery.is_cut_short && found.discovery.effects.is_empty());
-    assert!(found.reservations.iter().any(|words| words.starts_with("the search was stopped")));
-    let json = found.to_json().to_string();
-    assert!(!json.contains("--budget") && found.page().is_ok(), "{json}");
+    let discovered = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
+    assert!(discovered.discovery.is_cut_short && discovered.discovery.effects.is_empty());
+    assert!(
+        discovered.reservations.iter().any(|words| words.starts_with("the search was stopped"))
+    );
+    let json = discovered.to_json().to_string();
+    assert!(!json.contains("--budget") && discovered.page().is_ok(), "{json}");
 }
 
 /// The columns of a CSV text.
@@ -357,14 +365,14 @@ fn columns(csv: &[u8]) -> Columns {
     let text = String::from_utf8_lossy(csv).into_owned();
     let mut lines = text.lines();
     let headers = lines.next().unwrap_or_default().split(',');
-    let mut all: Vec<(String, Vec<f64>)> =
+    let mut columns: Vec<(String, Vec<f64>)> =
         headers.map(|header| (header.to_owned(), Vec::new())).collect();
     for line in lines {
-        for (cell, (_, values)) in line.split(',').zip(&mut all) {
+        for (cell, (_, values)) in line.split(',').zip(&mut columns) {
             values.push(cell.parse().unwrap_or(f64::NAN));
         }
     }
-    Columns { all }
+    Columns { all: columns }
 }
 
 #[test]
@@ -375,7 +383,7 @@ fn columns_give_what_their_text_gives() {
     let texts_and_columns = Layers { above: &as_columns, below: &as_text };
     let results = worked(&as_text, "").into_iter().zip(worked(&texts_and_columns, ""));
     for (k, (mut text, mut columns)) in results.enumerate() {
-        // Digests are those of what was read.
+        // Digests are those of the files that were read.
         for value in [&mut text, &mut columns] {
             if let Some(data) = value.pointer_mut("/provenance/data") {
                 *data = Value::Null;
@@ -389,16 +397,16 @@ fn columns_give_what_their_text_gives() {
 fn a_missing_text_is_told_by_its_name() {
     let texts = InMemory::default().with("rig/tank.dgd", MODEL);
     let session = Session::new(&Silent).with_files(&texts);
-    let of = |path: &str| match check(&CheckRequest::new(path), session) {
+    let error = |path: &str| match check(&CheckRequest::new(path), session) {
         Ok(_) => panic!("`{path}` is not there"),
         Err(error) => error.to_string(),
     };
-    assert_eq!(of("tank.dgd"), "cannot read `tank.dgd`: there is no such file");
-    let import = of("rig/tank.dgd");
+    assert_eq!(error("tank.dgd"), "cannot read `tank.dgd`: there is no such file");
+    let import = error("rig/tank.dgd");
     assert!(import.contains("cannot read `rig/valves.dgd`: there is no such file"), "{import}");
 }
 
-/// One compiled program serves any number of threads; each loads it for itself, without compiling.
+/// A compiled program serves any number of threads; each loads it without compiling.
 #[test]
 fn a_program_is_compiled_once_for_all_threads() {
     let texts = recordings();
@@ -418,14 +426,14 @@ fn a_program_is_compiled_once_for_all_threads() {
                         loaded.signature().parameters.iter().map(|p| p.value).collect()
                     };
                     let mut rate = [0.0];
-                    let at = dgd_runtime::Point {
+                    let point = dgd_runtime::Point {
                         t: 0.0,
                         y: &[1.0],
                         u: &[0.001 * f64::from(k)],
                         p: &p,
                         z: &[],
                     };
-                    dgd_runtime::System::rhs(&loaded, at, &mut rate);
+                    dgd_runtime::System::rhs(&loaded, point, &mut rate);
                     rate[0]
                 })
             })

@@ -20,17 +20,17 @@ pub struct Case {
     pub data: String,
     /// End of the run, s.
     pub until: f64,
-    /// What is known of the solution.
+    /// Known facts about the solution.
     pub facts: Vec<Fact>,
-    /// Whether another order of items is another model, since resets that coincide read each other.
+    /// Whether the order of items matters, because coinciding resets read each other.
     pub is_ordered: bool,
 }
 
-/// End of a run without a recording that does not give it, s.
+/// End of a run whose model file does not give it, s.
 const DEFAULT_UNTIL: f64 = 2.0;
-/// What a line begins with that gives the end of the run.
+/// Prefix of the line that gives the end of the run.
 const UNTIL: &str = "# until: ";
-/// The line of a model whose items have an order.
+/// Marks a model whose items have an order.
 const ORDERED: &str = "# in this order";
 
 /// Number of rows of a run between its start and end.
@@ -90,7 +90,7 @@ impl Case {
         Ok(())
     }
 
-    /// The model, and in comments behind it what [`Case::read`] has from there.
+    /// The model, followed by comments with the other data that [`Case::read`] needs.
     pub fn text(&self) -> String {
         let mut text = self.model.clone();
         let last = self.recording().0.last().copied();

@@ -1,25 +1,25 @@
-//! What is known of a case from how its model was written, and not from any solver.
+//! Known facts about a case that follow from the way its model was written, independent of any solver.
 
 use std::fmt;
 
-/// A value that a right solution has. It stands in a file as a comment: `# fact: E at 3 = 12.5 of 10`.
+/// A value of the correct solution, written in a file as a comment: `# fact: E at 3 = 12.5 of 10`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fact {
     /// An unknown or an output, or a derivative of one: `d(y)/d(k)`.
     pub of: String,
-    /// Its time, s; that of every row if there is none.
+    /// Its time, s; `None` for all rows.
     pub at: Option<f64>,
     /// The value, SI.
     pub value: f64,
-    /// The size to which errors are relative. That of a count is 0: it is exact.
+    /// The size to which errors are relative; 0 for a count, which is exact.
     pub size: f64,
 }
 
-/// What a line of a file with a fact begins with.
+/// Prefix of a line with a fact.
 const BEGIN: &str = "# fact: ";
 
 impl Fact {
-    /// The fact of a line, if it has one.
+    /// Parses the fact in a line, if any.
     pub(crate) fn read(line: &str) -> Option<Fact> {
         let (head, size) = line.strip_prefix(BEGIN)?.rsplit_once(" of ")?;
         let (head, value) = head.rsplit_once(" = ")?;

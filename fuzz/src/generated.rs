@@ -10,7 +10,7 @@ use crate::grammar;
 use crate::oracle::generated_agrees;
 use crate::prepared::compiled;
 
-/// Whether a generated model is not the one of its seed, and says so: what such a program calls for each.
+/// Whether a generated model disagrees with the one of its seed, which is then reported; called by generated programs.
 pub fn disagrees(seed: u64, without: &[String], system: &impl Solved) -> bool {
     let result = generated_agrees(&grammar::case(seed, without), system);
     if let Err(reason) = &result {
@@ -19,8 +19,8 @@ pub fn disagrees(seed: u64, without: &[String], system: &impl Solved) -> bool {
     result.is_err()
 }
 
-/// The text of a program that compares the models of these seeds, and their number: models that do not compile are
-/// found by other oracles.
+/// The text of a program that compares the models of these seeds, and their number. Models that do not compile are left
+/// to other oracles.
 pub fn program(seeds: std::ops::Range<u64>, without: &[String]) -> (String, usize) {
     let (mut modules, mut calls, mut count) = (String::new(), String::new(), 0);
     for seed in seeds {

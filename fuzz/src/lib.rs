@@ -1,4 +1,4 @@
-//! Random valid models, and oracles that find wrong results of dgd for them.
+//! Random valid models, and oracles that detect wrong results of dgd for them.
 
 // Comparisons are negated because NaN compares false; rows and columns of several tables share an index.
 #![allow(clippy::neg_cmp_op_on_partial_ord, clippy::needless_range_loop)]

@@ -25,7 +25,7 @@ const STACK: usize = 64 << 20;
 struct Arguments {
     words: Vec<String>,
     seeds: (u64, u64),
-    /// None for models of the table.
+    /// `None` for models of the table.
     families: Vec<Option<&'static Family>>,
     oracles: Vec<String>,
     without: Vec<String>,
@@ -41,71 +41,71 @@ struct Arguments {
 }
 
 fn arguments() -> Result<Arguments, String> {
-    let mut found =
+    let mut arguments =
         Arguments { seeds: (0, 100), threads: 1, shrink: 10, models: 50, ..Arguments::default() };
-    found.families = vec![None];
-    let mut all = std::env::args().skip(1);
-    while let Some(word) = all.next() {
-        let mut value = || all.next().ok_or_else(|| format!("{word} needs a value"));
+    arguments.families = vec![None];
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
         let number = |text: String| text.parse::<u64>().map_err(|_| format!("{text} is no number"));
         let list = |text: String| text.split(',').map(str::to_owned).collect::<Vec<String>>();
         match word.as_str() {
             "--seeds" => {
                 let text = value()?;
                 let (a, b) = text.split_once("..").ok_or("--seeds A..B")?;
-                found.seeds = (number(a.to_owned())?, number(b.to_owned())?);
+                arguments.seeds = (number(a.to_owned())?, number(b.to_owned())?);
             }
             // A range derived from a commit's hash.
             "--seeds-of" => {
                 let text: String = value()?.chars().take(8).collect();
                 let first = u64::from_str_radix(&text, 16).map_err(|_| "--seeds-of HASH")?;
-                found.seeds = (first << 16, (first << 16) + (1 << 16));
+                arguments.seeds = (first << 16, (first << 16) + (1 << 16));
             }
             "--open" => {
                 let path = value()?;
                 let text = std::fs::read_to_string(&path).map_err(|e| format!("{path}: {e}"))?;
-                found.open = text
+                arguments.open = text
                     .lines()
                     .filter(|line| !line.starts_with('#') && !line.is_empty())
                     .filter_map(|line| line.split_once(' '))
                     .map(|(origin, key)| (origin.to_owned(), key.to_owned()))
                     .collect();
             }
-            // Those with known solutions, all of them or some.
+            // Models with known solutions, of all families or of one.
             "--family" => {
                 let named = |name: String| {
                     Family::named(&name).map(Some).ok_or_else(|| {
-                        let all: Vec<&str> = FAMILIES.iter().map(|family| family.name).collect();
-                        format!("no family {name}; there are all, {}", all.join(", "))
+                        let names: Vec<&str> = FAMILIES.iter().map(|family| family.name).collect();
+                        format!("no family {name}; there are all, {}", names.join(", "))
                     })
                 };
-                found.families = match value()? {
-                    all if all == "all" => FAMILIES.iter().map(Some).collect(),
+                arguments.families = match value()? {
+                    family if family == "all" => FAMILIES.iter().map(Some).collect(),
                     names => list(names).into_iter().map(named).collect::<Result<_, _>>()?,
                 };
             }
-            "--oracle" => found.oracles = list(value()?),
-            "--without" => found.without = list(value()?),
-            "--known" => found.known.push(value()?),
-            "--findings" => found.findings = Some(value()?.into()),
-            "--keep" => found.keep = Some(value()?.into()),
-            "--threads" => found.threads = number(value()?)? as usize,
-            "--seconds" => found.seconds = Some(number(value()?)?),
-            "--models" => found.models = number(value()?)?,
-            "--shrink" => found.shrink = number(value()?)?,
-            _ => found.words.push(word),
+            "--oracle" => arguments.oracles = list(value()?),
+            "--without" => arguments.without = list(value()?),
+            "--known" => arguments.known.push(value()?),
+            "--findings" => arguments.findings = Some(value()?.into()),
+            "--keep" => arguments.keep = Some(value()?.into()),
+            "--threads" => arguments.threads = number(value()?)? as usize,
+            "--seconds" => arguments.seconds = Some(number(value()?)?),
+            "--models" => arguments.models = number(value()?)?,
+            "--shrink" => arguments.shrink = number(value()?)?,
+            _ => arguments.words.push(word),
         }
     }
-    Ok(found)
+    Ok(arguments)
 }
 
 impl Arguments {
-    /// How many cases there are.
+    /// Number of cases.
     fn count(&self) -> u64 {
         (self.seeds.1.saturating_sub(self.seeds.0)) * self.families.len() as u64
     }
 
-    /// Where a case comes from: the families take turns.
+    /// The origin of a case; the families alternate.
     fn origin(&self, number: u64) -> Origin {
         let count = self.families.len() as u64;
         let family = self.families[(number % count) as usize];
@@ -203,18 +203,18 @@ impl Campaign {
     fn take(&self, origin: &str, case: &Case, findings: Vec<Finding>) {
         let mut new = Vec::new();
         {
-            let mut seen = self.seen();
-            seen.cases += 1;
+            let mut counts = self.seen();
+            counts.cases += 1;
             for finding in findings {
                 let key = key(&finding);
                 let is_known =
                     self.arguments.known.iter().any(|known| key.contains(known.as_str()));
                 let is_open = self.arguments.open.iter().any(|(o, k)| o == origin && *k == key);
                 if is_known || is_open {
-                    seen.left_out += 1;
+                    counts.left_out += 1;
                     continue;
                 }
-                let seeds = seen.symptoms.entry(key).or_default();
+                let seeds = counts.symptoms.entry(key).or_default();
                 if seeds.is_empty() {
                     new.push(finding);
                 }
@@ -284,23 +284,23 @@ fn run(arguments: &Arguments) -> ExitCode {
                 worker.done.store(true, Ordering::Relaxed);
                 let origin = arguments.origin(worker.number.load(Ordering::Relaxed)).to_string();
                 println!("seed {origin} hangs");
-                let mut seen = campaign.seen();
-                seen.cases += 1;
+                let mut counts = campaign.seen();
+                counts.cases += 1;
                 if arguments.open.iter().any(|(o, key)| *o == origin && key == "hangs") {
-                    seen.left_out += 1;
+                    counts.left_out += 1;
                 } else {
-                    seen.symptoms.entry("hangs".to_owned()).or_default().push(origin);
+                    counts.symptoms.entry("hangs".to_owned()).or_default().push(origin);
                 }
-                drop(seen);
+                drop(counts);
                 *worker = spawn();
             }
         }
     }
-    let seen = campaign.seen();
-    report(&seen, campaign.start);
+    let counts = campaign.seen();
+    report(&counts, campaign.start);
     if let Some(path) = &arguments.findings {
         // In the form that `--open` reads.
-        let mut lines: Vec<(u64, &str, &str)> = (seen.symptoms.iter())
+        let mut lines: Vec<(u64, &str, &str)> = (counts.symptoms.iter())
             .flat_map(|(key, origins)| {
                 origins.iter().map(move |o| (number(o), o.as_str(), key.as_str()))
             })
@@ -314,10 +314,10 @@ fn run(arguments: &Arguments) -> ExitCode {
             println!("cannot write {}: {error}", path.display());
         }
     }
-    if seen.symptoms.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if counts.symptoms.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// The seed of an origin, by which lists are in order.
+/// The seed of an origin, by which lists are sorted.
 fn number(origin: &str) -> u64 {
     origin.rsplit('/').next().and_then(|seed| seed.parse().ok()).unwrap_or(0)
 }

@@ -42,9 +42,9 @@ pub(crate) fn compiled(
     if let Ok(compiled) = made {
         return Ok((compiled, sources));
     }
-    let all = diagnostics.sorted();
-    let code = all.first().map_or_else(String::new, |first| format!("{:?}", first.code));
-    let text = render::render(&all, &sources, render::Style::Plain);
+    let sorted = diagnostics.sorted();
+    let code = sorted.first().map_or_else(String::new, |first| format!("{:?}", first.code));
+    let text = render::render(&sorted, &sources, render::Style::Plain);
     Err(Finding::new("accepted", code, text))
 }
 
@@ -107,7 +107,7 @@ impl Prepared {
         self.run_at(&self.times, p, method, tolerance, sensitivities)
     }
 
-    /// The same with rows at other times.
+    /// The same run with rows at other times.
     pub(crate) fn run_at(
         &self,
         times: &[f64],

@@ -11,7 +11,7 @@ impl Random {
         Self::in_stream(seed, 20)
     }
 
-    /// The numbers of a seed that another stream has.
+    /// Another stream of numbers for the same seed.
     pub(crate) fn in_stream(seed: u64, stream: u128) -> Self {
         Self(Pcg64::new(u128::from(seed), stream))
     }

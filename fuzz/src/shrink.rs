@@ -14,7 +14,7 @@ use crate::oracle::{Finding, judged};
 
 /// A case that fails in the same way and cannot be reduced further, as far as time allows.
 pub fn shrunk(case: &Case, finding: &Finding, most: Duration) -> Case {
-    // Its facts hold for all of it.
+    // Its facts hold for the complete case only.
     if finding.oracle == "facts" {
         return case.clone();
     }
@@ -79,19 +79,19 @@ fn inner(item: &mut Item) -> Vec<&mut Vec<Item>> {
 
 /// Drops items one by one, then in pairs: an unknown and its equation.
 fn drop_items(best: &mut Case, fails: &impl Fn(&Case) -> bool) {
-    let mut at = 0;
+    let mut position = 0;
     while let Some(ast) = read(&best.model)
-        && at < ast.items.len()
+        && position < ast.items.len()
     {
         let mut less = ast.clone();
-        less.items.remove(at);
+        less.items.remove(position);
         let mut candidate = with(best, &less);
         if fails(&candidate) {
             *best = candidate;
             continue;
         }
         let declares = matches!(
-            ast.items[at].kind,
+            ast.items[position].kind,
             ItemKind::Unknown { .. } | ItemKind::Array { .. } | ItemKind::Part { .. }
         );
         let mut dropped = false;
@@ -109,11 +109,12 @@ fn drop_items(best: &mut Case, fails: &impl Fn(&Case) -> bool) {
         }
         if !dropped {
             let mut ast = ast;
-            let blocks = inner(&mut ast.items[at]).iter().map(|b| b.len()).collect::<Vec<_>>();
+            let blocks =
+                inner(&mut ast.items[position]).iter().map(|b| b.len()).collect::<Vec<_>>();
             for (block, len) in blocks.into_iter().enumerate() {
                 for k in (0..len).rev() {
                     let mut less = ast.clone();
-                    inner(&mut less.items[at])[block].remove(k);
+                    inner(&mut less.items[position])[block].remove(k);
                     let candidate = with(best, &less);
                     if fails(&candidate) {
                         *best = candidate;
@@ -121,7 +122,7 @@ fn drop_items(best: &mut Case, fails: &impl Fn(&Case) -> bool) {
                     }
                 }
             }
-            at += 1;
+            position += 1;
         }
     }
 }
@@ -161,14 +162,14 @@ fn nth(ast: &mut Ast, wanted: usize, act: &mut dyn FnMut(&mut Expr)) -> bool {
 
 /// Simpler replacements for an expression.
 fn simpler(expr: &Expr) -> Vec<Expr> {
-    let mut all: Vec<Expr> = operands(expr).into_iter().cloned().collect();
+    let mut replacements: Vec<Expr> = operands(expr).into_iter().cloned().collect();
     match &expr.kind {
         ExprKind::Number { text, unit, .. } => {
             if unit.is_none() && text.len() > 3 {
-                all.push(number(&format!("{:.1}", text.parse().unwrap_or(1.0f64))));
+                replacements.push(number(&format!("{:.1}", text.parse().unwrap_or(1.0f64))));
             }
             if unit.is_none() && text != "1" && text != "2" && text != "0" {
-                all.push(number("1"));
+                replacements.push(number("1"));
             }
         }
         ExprKind::Compare(..) | ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) => {}
@@ -177,38 +178,38 @@ fn simpler(expr: &Expr) -> Vec<Expr> {
                 for k in 0..terms.len() {
                     let mut terms = terms.clone();
                     terms.remove(k);
-                    all.push(Expr { span: expr.span, kind: ExprKind::Sum(terms) });
+                    replacements.push(Expr { span: expr.span, kind: ExprKind::Sum(terms) });
                 }
             }
-            all.push(number("1"));
+            replacements.push(number("1"));
         }
         ExprKind::Product(factors) => {
             if factors.len() > 2 {
                 for k in 1..factors.len() {
                     let mut factors = factors.clone();
                     factors.remove(k);
-                    all.push(Expr { span: expr.span, kind: ExprKind::Product(factors) });
+                    replacements.push(Expr { span: expr.span, kind: ExprKind::Product(factors) });
                 }
             }
-            all.push(number("1"));
+            replacements.push(number("1"));
         }
-        _ => all.push(number("1")),
+        _ => replacements.push(number("1")),
     }
     // An expression that binds more weakly than its context is printed in parentheses.
-    all
+    replacements
 }
 
 fn simplify(best: &mut Case, fails: &impl Fn(&Case) -> bool) {
-    let mut at = 0;
+    let mut number = 0;
     while let Some(mut ast) = read(&best.model) {
         let mut choices = Vec::new();
-        if !nth(&mut ast, at, &mut |expr| choices = simpler(expr)) {
+        if !nth(&mut ast, number, &mut |expr| choices = simpler(expr)) {
             return;
         }
         let mut changed = false;
         for choice in choices {
             let mut other = ast.clone();
-            nth(&mut other, at, &mut |expr| *expr = choice.clone());
+            nth(&mut other, number, &mut |expr| *expr = choice.clone());
             for item in &mut other.items {
                 parts_mut(item, &mut |part| {
                     if let Part::Expr(_, expr) = part {
@@ -224,7 +225,7 @@ fn simplify(best: &mut Case, fails: &impl Fn(&Case) -> bool) {
             }
         }
         if !changed {
-            at += 1;
+            number += 1;
         }
     }
 }

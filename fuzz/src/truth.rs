@@ -1,4 +1,4 @@
-//! The meaning of a model's text: evaluates expressions as written, without any code of the compiler beyond its parser
+//! The meaning of a model's text: evaluates expressions as written, without any code of the compiler except its parser
 //! and its units.
 
 use std::cell::Cell;
@@ -39,12 +39,12 @@ fn unit_of_language(unit: Option<&Unit>) -> Option<(f64, f64)> {
     Some((unit.factor, unit.offset))
 }
 
-/// The error function, from its Taylor series; ±1 where it is so to rounding.
+/// The error function, from its Taylor series; ±1 where that is correct to rounding.
 fn error_function(x: f64) -> f64 {
     if x.abs() > 6.0 {
         return x.signum();
     }
-    // erf x = 2/√π exp(−x²) Σ 2ⁿ x²ⁿ⁺¹/(2n + 1)!!, in which nothing cancels.
+    // erf x = 2/√π exp(−x²) Σ 2ⁿ x²ⁿ⁺¹/(2n + 1)!!, without cancellation.
     let (mut term, mut sum) = (x, x);
     for n in 1..400 {
         term *= 2.0 * x * x / f64::from(2 * n + 1);
@@ -150,7 +150,7 @@ impl<'a> Truth<'a> {
         self.eval(expr, at, &BTreeMap::new())
     }
 
-    /// The value of a declaration, in which plain numbers are in its unit.
+    /// The value of a declaration, whose plain numbers are in its unit.
     pub(crate) fn declared(
         &self,
         expr: &Expr,
@@ -171,14 +171,14 @@ impl<'a> Truth<'a> {
         match &expr.kind {
             ExprKind::Name(name) => Some(name.clone()),
             ExprKind::Element(array, index) => {
-                let of = self.element(array, at, local)?;
-                Some(format!("{of}[{}]", self.eval(index, at, local)?))
+                let name = self.element(array, at, local)?;
+                Some(format!("{name}[{}]", self.eval(index, at, local)?))
             }
             _ => None,
         }
     }
 
-    /// The values of a sum or the like, for all indices.
+    /// The values of a sum or a similar reduction, for all indices.
     fn each<'e>(
         &self,
         reduction: &'e Reduction,
@@ -203,7 +203,7 @@ impl<'a> Truth<'a> {
     }
 
     fn eval(&self, expr: &Expr, at: &Place<'_>, local: &BTreeMap<&str, f64>) -> Option<f64> {
-        let of = |expr: &Expr| self.eval(expr, at, local);
+        let value_of = |expr: &Expr| self.eval(expr, at, local);
         let truth = |holds: bool| f64::from(u8::from(holds));
         Some(match &expr.kind {
             ExprKind::Number { value, unit, .. } => match unit {
@@ -230,33 +230,33 @@ impl<'a> Truth<'a> {
             }
             ExprKind::Element(..) => *at.values.get(&self.element(expr, at, local)?)?,
             ExprKind::Reduce(reduction) => {
-                let mut all = Vec::new();
-                self.each(reduction, &reduction.counters, at, local, &mut all)?;
+                let mut values = Vec::new();
+                self.each(reduction, &reduction.counters, at, local, &mut values)?;
                 match reduction.kind {
-                    Reducing::Sum => all.iter().sum(),
-                    Reducing::Product => all.iter().product(),
-                    Reducing::Mean => all.iter().sum::<f64>() / all.len() as f64,
+                    Reducing::Sum => values.iter().sum(),
+                    Reducing::Product => values.iter().product(),
+                    Reducing::Mean => values.iter().sum::<f64>() / values.len() as f64,
                     Reducing::Least | Reducing::Greatest => {
-                        for (k, a) in all.iter().enumerate() {
-                            all[..k].iter().for_each(|b| Self::compare(at, *a, *b));
+                        for (k, a) in values.iter().enumerate() {
+                            values[..k].iter().for_each(|b| Self::compare(at, *a, *b));
                         }
                         let better = match reduction.kind {
                             Reducing::Least => f64::min,
                             _ => f64::max,
                         };
-                        all.into_iter().reduce(better)?
+                        values.into_iter().reduce(better)?
                     }
                 }
             }
             ExprKind::List(_) => return None,
-            ExprKind::Group(a) => of(a)?,
-            ExprKind::Negate(a) => -of(a)?,
+            ExprKind::Group(a) => value_of(a)?,
+            ExprKind::Negate(a) => -value_of(a)?,
             ExprKind::Sum(terms) => {
                 let mut sum = 0.0;
                 for (sign, term) in terms {
                     match sign {
-                        Sign::Plus => sum += of(term)?,
-                        Sign::Minus => sum -= of(term)?,
+                        Sign::Plus => sum += value_of(term)?,
+                        Sign::Minus => sum -= value_of(term)?,
                     }
                 }
                 sum
@@ -265,22 +265,22 @@ impl<'a> Truth<'a> {
                 let mut product = 1.0;
                 for (factor, of_product) in factors {
                     match factor {
-                        Factor::Times => product *= of(of_product)?,
-                        Factor::Over => product /= of(of_product)?,
+                        Factor::Times => product *= value_of(of_product)?,
+                        Factor::Over => product /= value_of(of_product)?,
                     }
                 }
                 product
             }
-            ExprKind::Power(a, b) => of(a)?.powf(of(b)?),
+            ExprKind::Power(a, b) => value_of(a)?.powf(value_of(b)?),
             ExprKind::If(condition, a, b) => {
-                if of(condition)? == 0.0 {
-                    of(b)?
+                if value_of(condition)? == 0.0 {
+                    value_of(b)?
                 } else {
-                    of(a)?
+                    value_of(a)?
                 }
             }
             ExprKind::Compare(comparison, a, b) => {
-                let (a, b) = (of(a)?, of(b)?);
+                let (a, b) = (value_of(a)?, value_of(b)?);
                 Self::compare(at, a, b);
                 truth(match comparison {
                     Comparison::Less => a < b,
@@ -289,16 +289,16 @@ impl<'a> Truth<'a> {
                     Comparison::GreaterEqual => a >= b,
                 })
             }
-            // All operands are evaluated, for the margin.
+            // All operands are evaluated, to determine the margin.
             ExprKind::And(all) => {
-                let all: Option<Vec<f64>> = all.iter().map(of).collect();
-                truth(all?.iter().all(|holds| *holds != 0.0))
+                let values: Option<Vec<f64>> = all.iter().map(value_of).collect();
+                truth(values?.iter().all(|holds| *holds != 0.0))
             }
             ExprKind::Or(all) => {
-                let all: Option<Vec<f64>> = all.iter().map(of).collect();
-                truth(all?.iter().any(|holds| *holds != 0.0))
+                let values: Option<Vec<f64>> = all.iter().map(value_of).collect();
+                truth(values?.iter().any(|holds| *holds != 0.0))
             }
-            ExprKind::Not(a) => truth(of(a)? == 0.0),
+            ExprKind::Not(a) => truth(value_of(a)? == 0.0),
             ExprKind::Call { function, arguments } => {
                 if function.text == "der" {
                     let name = match &arguments.first()?.kind {
@@ -310,7 +310,7 @@ impl<'a> Truth<'a> {
                 let values: Option<Vec<f64>> = if function.text == "delay" {
                     return None;
                 } else {
-                    arguments.iter().map(of).collect()
+                    arguments.iter().map(value_of).collect()
                 };
                 let values = values?;
                 if let Some((names, lets, body)) = self.functions.get(function.text.as_str()) {

@@ -1,4 +1,4 @@
-//! Runs all oracles on models that failed once.
+//! Runs all oracles on models that have failed before.
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ fn models_follow_from_their_seeds() {
 /// Every form of the table is used by some seed.
 #[test]
 fn every_row_of_the_table_is_used() {
-    let all: String = (0..3000).map(|seed| dgd_fuzz::grammar::case(seed, &[]).model).collect();
+    let models: String = (0..3000).map(|seed| dgd_fuzz::grammar::case(seed, &[]).model).collect();
     for form in [
         "constant ",
         "parameter ",
@@ -71,9 +71,9 @@ fn every_row_of_the_table_is_used() {
         "///",
         "# A remark",
     ] {
-        assert!(all.contains(form), "{form}");
+        assert!(models.contains(form), "{form}");
     }
     for function in dgd_compiler::expr::intrinsics::INTRINSICS {
-        assert!(all.contains(&format!("{}(", function.name)), "{}", function.name);
+        assert!(models.contains(&format!("{}(", function.name)), "{}", function.name);
     }
 }

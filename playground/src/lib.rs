@@ -1,14 +1,14 @@
-//! What the worker of the playground asks: the [`Bench`](dgd_watch::Bench) of `dgd watch`, with files that a page holds.
+//! Answers the worker of the playground: the [`Bench`](dgd_watch::Bench) of `dgd watch`, with the files of a page.
 //!
 //! ```text
 //!   {"open":  {"files": {"m.dgd": "…"}, "model": "m.dgd", "data": "run.csv", "until": 60}}
-//!   {"ask":   {"do": "run", "values": {"c0": 280}}}          as of `dgd watch`
-//!   {"inputs": {}}                                            what the model must be given
+//!   {"ask":   {"do": "run", "values": {"c0": 280}}}          as in `dgd watch`
+//!   {"inputs": {}}                                            required inputs of the model
 //!   {"table": {"values": {}}}                                 all numbers of a run, with all digits
-//!   {"discover": {"valid": "other.csv"}}                      what the model lacks, with the feature `discover`
+//!   {"discover": {"valid": "other.csv"}}                      missing terms of the model, with the feature `discover`
 //! ```
 //!
-//! Nothing is sent anywhere: there is nothing here that could.
+//! No data leaves the page: this code has no network access.
 
 pub mod exports;
 mod room;

@@ -1,4 +1,4 @@
-//! The files of a page, and who answers about them.
+//! The files of a page, and the bench that answers requests about them.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use dgd_work::{Engine, RunRequest, Session, Silent, WorkError, load, prepare};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// What the worker says.
+/// A message of the worker.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Message {
@@ -21,7 +21,7 @@ enum Message {
     Discover(Discover),
 }
 
-/// Other files, another model.
+/// Opens other files or another model.
 #[derive(Debug, Deserialize)]
 struct Open {
     files: BTreeMap<String, String>,
@@ -35,17 +35,17 @@ struct Open {
     rtol: Option<f64>,
 }
 
-/// A search for what the model lacks.
+/// A search for missing terms of the model.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(not(feature = "discover"), allow(dead_code))]
 struct Discover {
-    /// The recording for validation.
+    /// The validation recording.
     valid: String,
     #[serde(default)]
     variant: BTreeMap<String, String>,
 }
 
-/// The files of a page, and who answers about them.
+/// The files of a page, and the bench that answers requests about them.
 pub struct Room {
     files: InMemory,
     request: RunRequest,
@@ -63,7 +63,7 @@ impl Room {
         Room { files, bench: Bench::new(request.clone()), request }
     }
 
-    /// The answer to what the worker says, as JSON.
+    /// The answer to a message of the worker, as JSON.
     pub fn answer(&mut self, text: &[u8]) -> String {
         match serde_json::from_slice(text) {
             Ok(Message::Ask(ask)) => self.bench.answer(&ask, &self.files),
@@ -102,7 +102,7 @@ impl Room {
             request.solve.rtol = rtol;
         }
         self.request = request.clone();
-        // Kept curves stay while a text is being changed.
+        // Kept curves stay while a text is edited.
         self.bench.open(request);
     }
 
@@ -132,10 +132,10 @@ impl Room {
         let variant = wanted.variant.iter().map(|(name, choice)| format!("{name}={choice}"));
         request.choices.variant = variant.collect();
         request.solve = self.request.solve.clone();
-        let found = discover(&request, self.session())?;
-        let page = found.page()?;
+        let discovered = discover(&request, self.session())?;
+        let page = discovered.page()?;
         Ok(
-            json!({ "ok": true, "text": found.to_text(None), "page": page, "result": found.to_json() }),
+            json!({ "ok": true, "text": discovered.to_text(None), "page": page, "result": discovered.to_json() }),
         )
     }
 
@@ -210,7 +210,7 @@ mod tests {
             let answer: Value = serde_json::from_str(&room.answer(wrong.as_bytes())).expect("JSON");
             assert_eq!(answer["ok"], json!(false), "{wrong}");
         }
-        // Before anything is open.
+        // Nothing is open yet.
         assert_eq!(said(&mut room, &json!({ "ask": {} }))["ok"], json!(false));
         let effect = json!({ "open": { "files": { "e.dgd": "effect e on tank\nkind plant\nparameter P [m^3/s] = 1\nnull P = 0\nadd P to level\n" }, "model": "e.dgd" } });
         said(&mut room, &effect);

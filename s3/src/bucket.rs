@@ -1,4 +1,4 @@
-//! Results in a bucket: a text is put where there is none, by one request that the store decides.
+//! Results in a bucket: an atomic conditional request of the store writes a text unless it exists.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -10,39 +10,39 @@ use object_store::path::Path;
 use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode, PutPayload, RetryConfig};
 use tokio::runtime::{Builder, Runtime};
 
-/// How often a request is repeated that the store does not answer, ever later: half a minute in all.
+/// Number of retries of a request without an answer, at increasing intervals, half a minute in total.
 const RETRIES: usize = 8;
 
 /// A folder of a bucket.
 #[derive(Debug)]
 struct Bucket {
     store: AmazonS3,
-    /// Waits for answers.
+    /// Runs requests to their end.
     runtime: Runtime,
     /// `s3://bucket/folder`.
     name: String,
     folder: Path,
 }
 
-/// Opens `s3://bucket/folder`. Where it is and who asks, the environment says, as to other programs: `AWS_ACCESS_KEY_ID`,
-/// `AWS_SECRET_ACCESS_KEY`, `AWS_REGION`, `AWS_ENDPOINT` and so on.
+/// Opens `s3://bucket/folder`. Location and credentials come from the environment, as for other programs:
+/// `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_REGION`, `AWS_ENDPOINT` and so on.
 ///
 /// # Errors
 ///
-/// It is not the name of a bucket, or the environment makes no sense.
+/// It is not the name of a bucket, or the environment is invalid.
 pub(crate) fn open(name: &str) -> Result<Arc<dyn Place>, JobError> {
-    let said = |what: String| JobError(format!("`{name}`: {what}"));
+    let error_of = |what: String| JobError(format!("`{name}`: {what}"));
     let rest = name.strip_prefix("s3://").unwrap_or(name).trim_end_matches('/');
     let (bucket, folder) = rest.split_once('/').unwrap_or((rest, ""));
     if bucket.is_empty() {
-        return Err(said("this names no bucket: write `s3://bucket/folder`".to_owned()));
+        return Err(error_of("this names no bucket: write `s3://bucket/folder`".to_owned()));
     }
-    let folder = Path::parse(folder).map_err(|error| said(error.to_string()))?;
+    let folder = Path::parse(folder).map_err(|error| error_of(error.to_string()))?;
     let retry = RetryConfig { max_retries: RETRIES, ..RetryConfig::default() };
     let store = AmazonS3Builder::from_env().with_bucket_name(bucket).with_retry(retry).build();
-    let store = store.map_err(|error| said(words(&error)))?;
+    let store = store.map_err(|error| error_of(words(&error)))?;
     let runtime = Builder::new_current_thread().enable_all().build();
-    let runtime = runtime.map_err(|error| said(error.to_string()))?;
+    let runtime = runtime.map_err(|error| error_of(error.to_string()))?;
     let name = name.trim_end_matches('/').to_owned();
     Ok(Arc::new(Bucket { store, runtime, name, folder }))
 }
@@ -58,7 +58,7 @@ impl Bucket {
         parts.fold(self.folder.clone(), |path, part| path.join(part))
     }
 
-    /// Waits for an answer; nothing where there is no such object.
+    /// Waits for an answer; `None` if the object does not exist.
     fn found<T>(
         &self,
         key: &str,
@@ -116,9 +116,9 @@ impl Place for Bucket {
 
     fn keys(&self, begin: &str) -> Result<Vec<String>, JobError> {
         let folder = self.at(begin);
-        let all = self.store.list(Some(&folder)).map_ok(|one| one.location).try_collect();
-        let all: Vec<Path> = self.found(begin, all)?.unwrap_or_default();
-        Ok(all.iter().map(Path::to_string).collect())
+        let paths = self.store.list(Some(&folder)).map_ok(|one| one.location).try_collect();
+        let paths: Vec<Path> = self.found(begin, paths)?.unwrap_or_default();
+        Ok(paths.iter().map(Path::to_string).collect())
     }
 
     fn shown(&self, key: &str) -> PathBuf {

@@ -1,4 +1,4 @@
-//! The `dgd` command, whose jobs may have their results in buckets: `--into s3://bucket/folder`.
+//! The `dgd` command with support for job results in buckets: `--into s3://bucket/folder`.
 
 mod bucket;
 

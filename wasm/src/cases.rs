@@ -4,10 +4,10 @@ use crate::discovery::Examination;
 use crate::lines::Lines;
 use crate::simulation::{Simulation, USUAL};
 
-/// Something that is computed everywhere and compared.
+/// A computation whose results are compared between platforms.
 #[derive(Debug)]
 pub struct Case {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
     /// Whether it takes minutes.
     pub is_long: bool,
@@ -29,7 +29,7 @@ impl Case {
         Self { name, is_long, work: Work::Discover(examination) }
     }
 
-    /// Computes it: its lines, its name first.
+    /// Computes its lines, which begin with its name.
     pub fn lines(&self) -> String {
         let mut lines = Lines::default();
         lines.text("case", self.name);
@@ -73,7 +73,8 @@ pub const CASES: &[Case] = &[
             model: "cstr.dgd",
             inputs: "time,q_f,T_c\n0,100,26.85\n60,100,31.85\n600,100,31.85",
             until: 600.0,
-            // A runaway multiplies what came before: on one machine, the last digit of `UA` moves d(T)/d(UA) by 3.4e-12.
+            // Thermal runaway amplifies earlier changes: on one machine, the last digit of `UA` moves d(T)/d(UA) by
+            // 3.4e-12.
             close: 1e-11,
             ..USUAL
         },
@@ -150,8 +151,8 @@ pub const CASES: &[Case] = &[
             model: "remote_level.dgd",
             inputs: "time,q_out\n0,300\n60,300\n70,360\n200,360",
             until: 200.0,
-            // How many steps it takes hangs on the last digits, and errors of the tolerance's size with it: on one
-            // machine, the last digit of `gain` makes 375 of 376 and moves d(h)/d(tau_radio) by 8.0e-8.
+            // The number of steps, and with it an error of the size of the tolerance, depends on the last digits: on
+            // one machine, the last digit of `gain` makes 375 of 376 steps and moves d(h)/d(tau_radio) by 8.0e-8.
             close: 2e-7,
             ..USUAL
         },

@@ -1,4 +1,4 @@
-//! What the mud circulation lacks where the booster pump stops: the verdict, and what was estimated.
+//! The missing terms of the mud circulation when the booster pump stops: the verdict and the estimates.
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
@@ -16,17 +16,17 @@ use crate::lines::Lines;
 use crate::table::Table;
 use crate::texts::{BOOSTER_STOP, EFFECTS, compiled, shown};
 
-/// How close the errors of structures are that were fitted and not chosen. Some have a parameter that the recordings
-/// do not determine, and where their fits end in its direction hangs on the last digits; those of the booster's
-/// weighted column, of which the chosen one is a special case, were 1.3e-7 apart.
+/// Tolerance for the errors of rejected structures. Some have a parameter that the recordings do not determine, and the
+/// end of their fits depends on the last digits; those of the booster's weighted column, of which the chosen one is a
+/// special case, differed by 1.3e-7.
 const RIVALS: f64 = 1e-6;
 
-/// How much of the recordings and of the library is used.
+/// The used part of the recordings and of the library.
 #[derive(Debug)]
 pub(crate) struct Examination {
-    /// Rows before this time are, s.
+    /// Rows before this time are used, s.
     pub(crate) until: f64,
-    /// Names of the effects' files; all where there are none.
+    /// Names of the effects' files; all if empty.
     pub(crate) effects: &'static [&'static str],
 }
 
@@ -85,7 +85,7 @@ impl Examination {
         .collect()
     }
 
-    /// The rows that are used, in SI, with start values from the first.
+    /// The used rows, in SI, with initial values from the first.
     fn recording(&self, system: &Loaded, text: &str) -> Recording {
         let table = Table::read(text, self.until);
         let signature = system.signature();

@@ -1,4 +1,4 @@
-//! What JavaScript calls: no glue, only numbers and a buffer of text.
+//! Functions called by JavaScript: no glue code, only numbers and a text buffer.
 #![expect(unsafe_code, reason = "only an unsafe attribute gives a function a name outside of Rust")]
 
 use std::panic;
@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::cases::CASES;
 
-/// What the last case gave, or why it panicked.
+/// The lines of the last case, or the message of its panic.
 static TEXT: Mutex<String> = Mutex::new(String::new());
 
 fn text() -> MutexGuard<'static, String> {
@@ -25,7 +25,7 @@ pub extern "C" fn is_long(case: u32) -> u32 {
     u32::from(CASES[case as usize].is_long)
 }
 
-/// Runs a case, whose lines are then in the buffer. Where it panics, which ends the instance, the reason is.
+/// Runs a case and puts its lines into the buffer. A panic ends the instance, and its message is in the buffer.
 #[unsafe(no_mangle)]
 pub extern "C" fn run(case: u32) {
     panic::set_hook(Box::new(|why| *text() = why.to_string()));
@@ -33,7 +33,7 @@ pub extern "C" fn run(case: u32) {
     *text() = lines;
 }
 
-/// Where the buffer begins.
+/// Address of the buffer.
 #[unsafe(no_mangle)]
 pub extern "C" fn buffer() -> *const u8 {
     text().as_ptr()

@@ -1,11 +1,11 @@
-//! Simulations and discoveries on the interpreter, without machine code, faer and threads, as they are on
-//! WebAssembly. `compare.mjs` compares what they give there and on this machine.
+//! Simulations and discoveries on the interpreter, without native code, faer and threads, as on WebAssembly.
+//! `compare.mjs` compares their results there with those on this machine.
 //!
-//! Each case gives lines of three fields with tabs between them:
+//! Each case gives lines of three fields, separated by tabs:
 //!
 //! ```text
-//!   text   what  a sentence, a word           equal everywhere
-//!   1e-12  what  numbers, spaces between them  off by so much of the largest of them at most
+//!   text   name  a sentence, a word            equal everywhere
+//!   1e-12  name  numbers, separated by spaces  largest difference, relative to the largest of them
 //! ```
 
 mod cases;

@@ -1,11 +1,11 @@
-//! The lines that are compared.
+//! The compared lines.
 
 use std::fmt::Write;
 
-/// How far numbers may be off, of the largest of their quantity: some thousand roundings.
+/// Relative tolerance, with respect to the largest number of a quantity: a few thousand roundings.
 pub(crate) const CLOSE: f64 = 1e-12;
 
-/// Lines of a case, in the order in which they were added.
+/// Lines of a case, in the order of their addition.
 #[derive(Debug)]
 pub(crate) struct Lines {
     text: String,
@@ -19,18 +19,18 @@ impl Default for Lines {
 }
 
 impl Lines {
-    /// Lets numbers that are added from here on be so far off.
+    /// Sets the tolerance of the numbers added from here on.
     pub(crate) fn hold_to(&mut self, close: f64) {
         self.close = close;
     }
 
-    /// Adds a text, which must be the same everywhere.
+    /// Adds a text, which must be equal everywhere.
     pub(crate) fn text(&mut self, what: &str, text: &str) {
         let one_line = text.replace(['\t', '\n'], " ");
         self.add("text", what, &one_line);
     }
 
-    /// Adds numbers of one quantity, whose digits give every bit back.
+    /// Adds the numbers of one quantity, with all digits.
     pub(crate) fn numbers(&mut self, what: &str, numbers: impl IntoIterator<Item = f64>) {
         let numbers: Vec<String> = numbers.into_iter().map(|x| format!("{x:e}")).collect();
         self.add(&format!("{:e}", self.close), what, &numbers.join(" "));

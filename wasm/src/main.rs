@@ -1,4 +1,4 @@
-//! The cases on this machine: prints the lines of the case whose position is the argument.
+//! Runs the cases on this machine: prints the lines of the case whose index is the argument.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! A model simulated with all sensitivities: its events, and samples of everything.
+//! A simulation with all sensitivities: its events, and samples of all quantities.
 
 use dgd_compiler::pipeline::Directions;
 use dgd_compiler::source::Sources;
@@ -17,20 +17,20 @@ use crate::texts::compiled;
 pub(crate) struct Simulation {
     /// Its file below `models`.
     pub(crate) model: &'static str,
-    /// Choices that are not the first.
+    /// Choices other than the first.
     pub(crate) variants: &'static [(&'static str, &'static str)],
     /// Inputs in the units that the model declares, as a [`Table`] reads them.
     pub(crate) inputs: &'static str,
     /// End of the run, s.
     pub(crate) until: f64,
     pub(crate) method: &'static str,
-    /// Whether outputs are compared, too; not where they are zero but for roundings, or for errors of the run.
+    /// Whether to compare outputs, unless they are zero up to rounding or to errors of the run.
     pub(crate) observed: bool,
-    /// How far numbers may be off, of the largest of a quantity.
+    /// Relative tolerance, with respect to the largest number of a quantity.
     pub(crate) close: f64,
 }
 
-/// Most cases are like this.
+/// The defaults of most cases.
 pub(crate) const USUAL: Simulation = Simulation {
     model: "",
     variants: &[],
@@ -41,7 +41,7 @@ pub(crate) const USUAL: Simulation = Simulation {
     close: CLOSE,
 };
 
-/// Stretches between samples.
+/// Intervals between samples.
 const STRETCHES: usize = 20;
 const TOLERANCE: f64 = 1e-8;
 
@@ -112,8 +112,7 @@ fn add_outputs(problem: &Problem<'_, Loaded>, solution: &Solution, lines: &mut L
     }
 }
 
-/// Samples of a sensitivity; of one that is zero but for errors of the run and roundings only that it is, as
-/// nothing can be said about those.
+/// Samples of a sensitivity; for one that is zero up to rounding and errors of the run, only that fact is added.
 fn add_sensitivity(
     signature: &Signature,
     (of, values): (&str, &[f64]),
@@ -134,7 +133,7 @@ fn add_sensitivity(
     }
 }
 
-/// The largest of some numbers; of those that are none, infinity.
+/// The largest magnitude of some numbers; infinity if any is NaN.
 fn largest(numbers: &[f64]) -> f64 {
     let sizes = numbers.iter().map(|x| if x.is_nan() { f64::INFINITY } else { x.abs() });
     sizes.fold(0.0, f64::max)

@@ -36,10 +36,10 @@ impl<'a> Table<'a> {
         &self.columns[0]
     }
 
-    /// A column in SI, if there is one of that name.
+    /// A column in SI, if there is one with that name.
     pub(crate) fn in_si(&self, name: &str, unit: &Unit) -> Option<Vec<f64>> {
-        let at = self.names.iter().position(|column| *column == name)?;
-        Some(self.columns[at].iter().map(|value| value * unit.factor + unit.offset).collect())
+        let position = self.names.iter().position(|column| *column == name)?;
+        Some(self.columns[position].iter().map(|value| value * unit.factor + unit.offset).collect())
     }
 
     /// A model's inputs.

@@ -1,4 +1,4 @@
-//! Files of the repository as text, as there are no files in WebAssembly; and a model of them, compiled.
+//! Files of the repository as text, because WebAssembly has no files; and the compilation of their models.
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -12,7 +12,7 @@ macro_rules! texts {
     };
 }
 
-/// Models and what they import, by their paths below `models`.
+/// Models and their imports, by path below `models`.
 const MODELS: &[(&str, &str)] = texts![
     "controlled_level.dgd",
     "cstr.dgd",
@@ -33,7 +33,7 @@ const MODELS: &[(&str, &str)] = texts![
     "transmission_line.dgd",
 ];
 
-/// Effects that the mud circulation may lack, by their paths below `models`.
+/// Effects that may explain the mud circulation, by path below `models`.
 pub(crate) const EFFECTS: &[(&str, &str)] = texts![
     "effects/booster_flow_gain.dgd",
     "effects/booster_u_tubing/column_with_momentum.dgd",
@@ -57,19 +57,19 @@ pub(crate) const EFFECTS: &[(&str, &str)] = texts![
     "effects/well_influx.dgd",
 ];
 
-/// A recording in which the booster pump stops, which the model does not know, and another.
+/// A recording in which the booster pump stops, which is not in the model, and another.
 pub(crate) const BOOSTER_STOP: [&str; 2] = [
     include_str!("../../examples/data/booster_stop.train.csv"),
     include_str!("../../examples/data/booster_stop.valid.csv"),
 ];
 
-/// The text of a model or of what it imports.
+/// The text of a model or of an import.
 fn model(path: &str) -> Result<String, String> {
-    let found = MODELS.iter().find(|(name, _)| *name == path);
-    found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| format!("{path} is not included"))
+    let entry = MODELS.iter().find(|(name, _)| *name == path);
+    entry.map(|(_, text)| (*text).to_owned()).ok_or_else(|| format!("{path} is not included"))
 }
 
-/// A model in some of its variants, with sensitivities as wanted, its texts added to `sources`.
+/// A model with these variants and sensitivities; its texts are added to `sources`.
 pub(crate) fn compiled(
     path: &str,
     variants: &[(&str, &str)],

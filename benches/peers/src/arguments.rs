@@ -5,17 +5,17 @@ use std::str::FromStr;
 /// What to measure, and for how long.
 #[derive(Debug)]
 pub(crate) struct Arguments {
-    /// How often everything is run in turn.
+    /// Number of rounds, in each of which everything is run in turn.
     pub(crate) rounds: usize,
-    /// How long a program repeats a run each time, s.
+    /// Time for which a program repeats its run in a round, s.
     pub(crate) span: f64,
-    /// The cases to run; all where there are none.
+    /// The cases to run; all if empty.
     pub(crate) cases: Vec<String>,
-    /// The peers to run; all where there are none.
+    /// The peers to run; all if empty.
     pub(crate) peers: Vec<String>,
-    /// Whether peers that are missing are fetched.
+    /// Whether to fetch missing peers.
     pub(crate) install: bool,
-    /// Whether the table of `docs/speed.md` and the whole of the results are written.
+    /// Whether to write the table of `docs/speed.md` and the complete results.
     pub(crate) record: bool,
 }
 
@@ -31,7 +31,7 @@ usage: cargo run --release --manifest-path benches/peers/Cargo.toml -- [OPTIONS]
 ";
 
 impl Arguments {
-    /// Whether this case and this peer are asked for.
+    /// Whether this case and this peer are requested.
     pub(crate) fn asks_for(&self, case: &str, peer: &str) -> bool {
         let any = |list: &[String], name| list.is_empty() || list.iter().any(|x| x == name);
         any(&self.cases, case) && any(&self.peers, peer)
@@ -42,7 +42,7 @@ impl Arguments {
 ///
 /// # Errors
 ///
-/// The usage, and what is wrong.
+/// The usage, and the error.
 pub(crate) fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, String> {
     let mut arguments = Arguments {
         rounds: 5,

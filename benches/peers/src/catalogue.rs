@@ -1,37 +1,37 @@
-//! What is compared: the cases, the peers with their methods, and the ratios to reach.
+//! The cases, the peers with their methods, and the target ratios.
 
 /// A problem with its outputs.
 #[derive(Debug)]
 pub(crate) struct Case {
-    /// What programs are asked for.
+    /// Its name in requests.
     pub(crate) name: &'static str,
-    /// What it is.
+    /// Its description.
     pub(crate) title: &'static str,
     /// Relative tolerances.
     pub(crate) tolerances: &'static [f64],
     /// Reference in `data/`, without `.bin`.
     pub(crate) reference: &'static str,
-    /// How the reference is laid out, and which of it counts.
+    /// The layout of the reference, and the part that counts.
     pub(crate) outputs: Outputs,
     /// The error at which times are compared.
     pub(crate) equal_error: f64,
 }
 
-/// What a case has for outputs.
+/// The outputs of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outputs {
-    /// Rows of two states and ten sensitivities, of which the states count.
+    /// Rows of two states and ten sensitivities; the states count.
     States,
-    /// The same; programs give all of it, and the sensitivities count.
+    /// The same rows, of which programs compute everything; the sensitivities count.
     Sensitivities,
-    /// Numbers that are compared with the range of the reference.
+    /// Numbers whose errors are relative to the range of the reference.
     Series,
-    /// Numbers that are each compared with the size of their own.
+    /// Numbers whose errors are relative to each number itself.
     Numbers,
 }
 
 impl Case {
-    /// What it is called in a line of a table.
+    /// Its label in a table.
     pub(crate) fn label(&self) -> String {
         match (self.states(), self.name) {
             (Some(states), _) => format!("P3, {:.0} cells", states / 2.0),
@@ -41,39 +41,39 @@ impl Case {
         }
     }
 
-    /// How many states a line has; none for cases that are of one size.
+    /// Number of states of a line; `None` for cases of fixed size.
     pub(crate) fn states(&self) -> Option<f64> {
         let cells: f64 = self.name.strip_prefix("p3-")?.parse().ok()?;
         Some(2.0 * cells)
     }
 }
 
-/// A program and what it is asked for.
+/// A program with its methods.
 #[derive(Debug)]
 pub(crate) struct Peer {
-    /// What it is called.
+    /// Its name.
     pub(crate) name: &'static str,
-    /// What there is to run.
+    /// The program.
     pub(crate) program: Program,
-    /// Cases, each with the methods that are tried.
+    /// Cases, each with the methods to try.
     pub(crate) methods: &'static [(&'static str, &'static [&'static str])],
 }
 
-/// What there is to run.
+/// The kind of a program.
 #[derive(Debug)]
 pub(crate) enum Program {
     /// A member of this workspace.
     Rust {
-        /// The dependency whose version is told; none for this repository's own.
+        /// The dependency whose version is reported; `None` for this repository.
         dependency: Option<&'static str>,
     },
     /// Sources in C, and the libraries they need.
     C {
         /// Folder of the sources.
         folder: &'static str,
-        /// Libraries, as the linker names them.
+        /// Libraries, in the linker's notation.
         libraries: &'static [&'static str],
-        /// How to get what it needs.
+        /// How to install the requirements.
         advice: &'static str,
     },
     /// A script, and the module it needs.
@@ -82,30 +82,30 @@ pub(crate) enum Program {
         script: &'static str,
         /// The module.
         module: &'static str,
-        /// How to get what it needs.
+        /// How to install the requirements.
         advice: &'static str,
     },
 }
 
-/// What is to be reached.
+/// A target.
 #[derive(Debug)]
 pub(crate) enum Bar {
-    /// So many times faster than a peer, at equal error.
+    /// Faster than a peer by this factor, at equal error.
     Faster {
         /// The case.
         case: &'static str,
         /// The peer.
         peer: &'static str,
-        /// One of its methods; the best of all where none is named.
+        /// One of its methods; the best by default.
         method: Option<&'static str>,
         /// The peer's time over ours, at least.
         ratio: f64,
     },
-    /// A case costs at most so many times another.
+    /// A case costs at most this factor of another.
     AtMost {
-        /// The dearer case.
+        /// The more expensive case.
         case: &'static str,
-        /// The cheaper.
+        /// The cheaper case.
         than: &'static str,
         /// Time over time, at most.
         ratio: f64,
@@ -114,16 +114,16 @@ pub(crate) enum Bar {
     Threads {
         /// The case on one core.
         one: &'static str,
-        /// On all.
+        /// The case on all cores.
         all: &'static str,
     },
-    /// A model that is loaded costs at most so many times one that rustc has compiled.
+    /// A loaded model costs at most this factor of one compiled by rustc.
     Loaded {
         /// The case.
         case: &'static str,
         /// The method for the compiled model.
         compiled: &'static str,
-        /// That for the loaded one.
+        /// The method for the loaded one.
         loaded: &'static str,
         /// Time over time at the same tolerance, at most.
         ratio: f64,
@@ -134,29 +134,29 @@ pub(crate) enum Bar {
         cases: &'static [&'static str],
         /// The largest exponent.
         exponent: f64,
-        /// Bytes of memory for each further state, at most.
+        /// Bytes of memory for each additional state, at most.
         bytes: f64,
     },
-    /// A fit says which of its parameters data does not determine, and which others have to be found.
+    /// A fit reports which of its parameters the data do not determine, and estimates the others.
     Says {
         /// The case.
         case: &'static str,
-        /// What has to be among the words.
+        /// Words that the report must contain.
         words: &'static [&'static str],
     },
-    /// Seconds that a user's crate takes to build, at most.
+    /// Build time of a user's crate in seconds, at most.
     Build {
         /// With its dependencies built.
         again: f64,
-        /// From nothing.
+        /// From scratch.
         first: f64,
     },
 }
 
-/// The peer that all others are compared with.
+/// The peer that the others are compared with.
 pub(crate) const OURS: &str = "dgd";
 
-/// An error beyond this means another answer, not a lack of accuracy.
+/// A larger error means a different answer instead of a lack of accuracy.
 pub(crate) const DISAGREEMENT: f64 = 1e-2;
 
 const USUAL: &[f64] = &[1e-4, 1e-6, 1e-8];
@@ -288,7 +288,7 @@ pub(crate) static CASES: &[Case] = &[
     },
 ];
 
-/// All peers; methods are those that were found best for a case, or close to it.
+/// All peers, with the methods found best for a case, or close to it.
 pub(crate) static PEERS: &[Peer] = &[
     Peer {
         name: OURS,
@@ -409,7 +409,7 @@ pub(crate) static PEERS: &[Peer] = &[
     },
 ];
 
-/// All that is to be reached.
+/// All targets.
 pub(crate) static BARS: &[Bar] = &[
     Bar::Faster { case: "p5a", peer: "diffsol", method: None, ratio: 20.0 },
     Bar::Faster { case: "p5a", peer: "sundials", method: None, ratio: 120.0 },

@@ -1,4 +1,4 @@
-//! How far a program's values are from the reference.
+//! The error of a program's values relative to the reference.
 
 use std::fs;
 use std::path::Path;
@@ -8,11 +8,11 @@ use crate::catalogue::{Case, Outputs};
 /// States and sensitivities in a row of the two-state model.
 const WIDTH: usize = 12;
 const STATES: usize = 2;
-/// The row at which inputs jump: whether an algebraic unknown has its value before or after is a
-/// convention, in which peers differ.
+/// The row at which inputs jump: whether an algebraic unknown has its value before or after is a convention, in which
+/// peers differ.
 const JUMP: usize = 100;
 
-/// What a case's values should be.
+/// The correct values of a case.
 #[derive(Debug)]
 pub(crate) struct Reference {
     values: Vec<f64>,
@@ -25,19 +25,18 @@ impl Reference {
     ///
     /// # Errors
     ///
-    /// That it cannot be read.
+    /// The reference cannot be read.
     pub(crate) fn read(data: &Path, case: &Case) -> Result<Self, String> {
         let values = read(&data.join(format!("{}.bin", case.reference)))?;
         let skipped = (case.reference == "p2").then_some(JUMP);
         Ok(Self { values, outputs: case.outputs, skipped })
     }
 
-    /// The largest difference: of a column from its largest value, of a series from its range, of
-    /// a number from itself.
+    /// The largest difference: relative to a column's largest value, to the range of a series, or to the number itself.
     ///
     /// # Errors
     ///
-    /// That there are too few or too many values.
+    /// There are too few or too many values.
     pub(crate) fn error(&self, values: &[f64]) -> Result<f64, String> {
         let expected = &self.values;
         let (width, given, counted) = match self.outputs {
@@ -63,7 +62,7 @@ impl Reference {
                     Outputs::Series => highest - lowest,
                     Outputs::Numbers => expected.abs(),
                 };
-                // A column that is zero, as that to M in the static model, is compared as it is.
+                // A zero column, such as that of M in the static model, is compared absolutely.
                 let size = if size > 0.0 { size } else { 1.0 };
                 let error = (given - expected).abs() / size;
                 worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
@@ -77,7 +76,7 @@ impl Reference {
 ///
 /// # Errors
 ///
-/// That the file cannot be read.
+/// The file cannot be read.
 pub(crate) fn read(path: &Path) -> Result<Vec<f64>, String> {
     let bytes = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let (numbers, _) = bytes.as_chunks::<8>();

@@ -1,4 +1,4 @@
-//! Fetches peers that are missing into a folder of our own; nothing of the system is changed.
+//! Fetches missing peers into a folder of this workspace; nothing of the system is changed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,24 +7,24 @@ use std::process::{Command, Stdio};
 /// Modules that the scripts import.
 const MODULES: &[&str] = &["casadi", "scipy", "numpy"];
 
-/// Where what was fetched is: beside the builds.
+/// The folder of fetched peers, beside the builds.
 #[derive(Debug)]
 pub(crate) struct Fetched {
     folder: PathBuf,
 }
 
 impl Fetched {
-    /// What was fetched into a target folder, perhaps nothing.
+    /// The peers fetched into a target folder, possibly none.
     pub(crate) fn new(target: &Path) -> Self {
         Self { folder: target.join("fetched") }
     }
 
-    /// The Python with the modules, if it is there.
+    /// The Python with the modules, if it exists.
     pub(crate) fn python(&self) -> Option<PathBuf> {
         Some(self.folder.join("python/bin/python")).filter(|python| python.exists())
     }
 
-    /// The prefix that SUNDIALS is under, if it is there.
+    /// The prefix of SUNDIALS, if it exists.
     pub(crate) fn sundials(&self) -> Option<PathBuf> {
         Some(self.folder.join("sundials/usr"))
             .filter(|prefix| prefix.join("include/cvodes/cvodes.h").exists())
@@ -34,22 +34,23 @@ impl Fetched {
     ///
     /// # Errors
     ///
-    /// What went wrong.
+    /// The failed step.
     pub(crate) fn fetch_python(&self) -> Result<(), String> {
         let folder = self.folder.join("python");
         run(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
         run(Command::new(folder.join("bin/python")).args(["-m", "pip", "install"]).args(MODULES))
     }
 
-    /// SUNDIALS, by apt as packages that are only unpacked: that needs no rights.
+    /// SUNDIALS, from apt packages that are only unpacked, which needs no privileges.
     ///
     /// # Errors
     ///
-    /// What went wrong; elsewhere than on Debian and its kin there is no apt.
+    /// The failed step; there is apt only on Debian and its derivatives.
     pub(crate) fn fetch_sundials(&self) -> Result<(), String> {
         let packages = self.folder.join("packages");
         fs::create_dir_all(&packages).map_err(|error| error.to_string())?;
-        // It and all that it needs, one name a line; of what is not SUNDIALS' the C library is enough.
+        // The packages with their dependencies, one name per line; apart from those of SUNDIALS only the C library is
+        // needed.
         let only = ["recommends", "suggests", "conflicts", "breaks", "replaces", "enhances"];
         let mut command = Command::new("apt-cache");
         command.args(["depends", "--recurse", "libsundials-dev"]);
@@ -71,7 +72,7 @@ impl Fetched {
     }
 }
 
-/// Runs it, with what it says on the error stream.
+/// Runs a command; the error contains its standard error.
 fn run(command: &mut Command) -> Result<(), String> {
     let name = command.get_program().display().to_string();
     let output = command.stdin(Stdio::null()).output();

@@ -1,4 +1,4 @@
-//! Builds the programs that this machine can build, and says what the others lack.
+//! Builds the programs that this machine can build, and reports the requirements of the others.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -8,10 +8,10 @@ use crate::arguments::Arguments;
 use crate::catalogue::{PEERS, Peer, Program};
 use crate::install::Fetched;
 
-/// A program that runs here.
+/// A program that runs on this machine.
 #[derive(Debug)]
 pub(crate) struct Installed {
-    /// Whose it is.
+    /// Its peer.
     pub(crate) peer: &'static Peer,
     /// Its version; empty for this repository's own.
     pub(crate) version: String,
@@ -24,13 +24,13 @@ impl Installed {
     pub(crate) fn command(&self) -> Command {
         let mut command = Command::new(&self.executable);
         command.args(&self.first_argument);
-        // Threads for matrices of three columns only wait for each other.
+        // For matrices of three columns, several threads only wait for each other.
         command.env("OPENBLAS_NUM_THREADS", "1").env("OMP_NUM_THREADS", "1");
         command
     }
 }
 
-/// All programs that are asked for and can be had.
+/// All requested programs that are available.
 pub(crate) fn programs(folder: &Path, arguments: &Arguments) -> Vec<Installed> {
     let mut programs = Vec::new();
     let release = match release_folder() {
@@ -97,10 +97,10 @@ fn build(
     }
 }
 
-/// Where cargo puts release builds: beside this program's own.
+/// Cargo's folder of release builds, beside this program's own.
 fn release_folder() -> Result<PathBuf, String> {
-    let own = env::current_exe().map_err(|error| error.to_string())?;
-    let target = own.parent().and_then(Path::parent);
+    let executable = env::current_exe().map_err(|error| error.to_string())?;
+    let target = executable.parent().and_then(Path::parent);
     target.map(|folder| folder.join("release")).ok_or_else(|| "no target folder".to_owned())
 }
 
@@ -129,7 +129,7 @@ fn compile(
     command.arg(executable).args(files);
     if let Some(prefix) = prefix {
         command.arg("-I").arg(prefix.join("include"));
-        // Debian has libraries a folder deeper than others.
+        // Debian puts libraries one folder deeper than other distributions.
         for library in ["lib", "lib64", "lib/x86_64-linux-gnu", "lib/aarch64-linux-gnu"] {
             let library = prefix.join(library);
             if library.is_dir() {
@@ -152,7 +152,7 @@ fn locked(folder: &Path, name: &str) -> Result<String, String> {
     Ok(version.unwrap_or_default().trim_matches('"').to_owned())
 }
 
-/// What a command prints, or the end of what it complains of.
+/// The output of a command, or the end of its error message.
 fn text(command: &mut Command) -> Result<String, String> {
     let program = command.get_program().display().to_string();
     let output = command.stdin(Stdio::null()).output();

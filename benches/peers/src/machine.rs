@@ -1,4 +1,4 @@
-//! Where and with what was measured.
+//! The machine and the versions of a measurement.
 
 use std::fs;
 use std::path::Path;
@@ -27,13 +27,13 @@ fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let name = model.map_or(std::env::consts::ARCH, |(_, name)| name);
-    // The run itself is one of them: what is more had a part in the times.
+    // The run itself adds a load of one; anything more affects the times.
     let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let load = load.split(' ').nth(1).map_or(String::new(), |load| format!(" with load {load}"));
     format!("{name}, {cores} cores{load}")
 }
 
-/// What a command prints; nothing where it cannot be run.
+/// The output of a command; empty if it cannot be run.
 fn said(command: &mut Command) -> String {
     let output = command.output().map(|output| output.stdout).unwrap_or_default();
     String::from_utf8_lossy(&output).trim().to_owned()

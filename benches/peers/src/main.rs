@@ -1,18 +1,18 @@
-//! What dgd and other solvers need for the same work, measured in one run.
+//! Compares the time that dgd and other solvers take for the same work, in one run.
 //!
 //! ```text
-//!   installed   programs built, or what is missing and how to get it (install)
+//!   installed   programs built, or missing requirements with advice (install)
 //!      │
 //!   measure     every program, method and tolerance in turn, and that for several rounds
 //!      │
-//!   error       what each gave, against references that are carried in
-//!      │           user_crate   a user's crate, built from nothing and once more
-//!   table       times with errors beside them, and what is to be reached
+//!   error       errors relative to stored references
+//!      │           user_crate   a user's crate, built from scratch and again
+//!   table       times with errors, and the targets
 //!      │
-//!   record      the table in docs/speed.md, all of it in results.md
+//!   record      the table in docs/speed.md, everything in results.md
 //! ```
 //!
-//! [`catalogue`] has the problems that are compared.
+//! The problems are in [`catalogue`].
 
 mod arguments;
 mod catalogue;
@@ -52,10 +52,10 @@ fn main() -> ExitCode {
     let header = machine::header(folder, &programs);
     let bars = table::of_bars(&rows, builds.as_ref());
     let cases: String = catalogue::CASES.iter().map(|case| table::of_case(case, &rows)).collect();
-    let all = format!("{header}\n{bars}\n{cases}{}", table::of_growth(&rows));
-    println!("{all}");
+    let results = format!("{header}\n{bars}\n{cases}{}", table::of_growth(&rows));
+    println!("{results}");
     if arguments.record
-        && let Err(message) = record::write(folder, &root, &format!("{bars}\n{header}"), &all)
+        && let Err(message) = record::write(folder, &root, &format!("{bars}\n{header}"), &results)
     {
         failures.push(message);
     }

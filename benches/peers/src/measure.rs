@@ -1,7 +1,7 @@
-//! Every program, method and tolerance in turn, and that for several rounds.
+//! Runs every program, method and tolerance in turn, for several rounds.
 //!
-//! What disturbs the machine for a while then disturbs all, and the least time of several rounds is that of
-//! an undisturbed one.
+//! A temporary disturbance of the machine then affects all of them, and the shortest time of several rounds is
+//! undisturbed.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -11,13 +11,13 @@ use crate::catalogue::{CASES, Case};
 use crate::error::{self, Reference};
 use crate::installed::Installed;
 
-/// How a program ends that this machine cannot run, as `problems` has it.
+/// Exit code of a program that cannot run on this machine, as in `problems`.
 const LEFT_OUT: i32 = 77;
 
 /// Runs that take longer are not repeated in further rounds, s.
 const LONG: f64 = 5.0;
 
-/// What a method of a program needs for a case.
+/// Results of a method of a program for a case.
 #[derive(Debug)]
 pub(crate) struct Row {
     /// The case.
@@ -30,29 +30,29 @@ pub(crate) struct Row {
     pub(crate) cells: Vec<Result<Cell, Missing>>,
 }
 
-/// Why there is no answer.
+/// The reason why there is no answer.
 #[derive(Debug, Clone)]
 pub(crate) enum Missing {
-    /// The program cannot do it on this machine, and says why.
+    /// The program cannot do it on this machine, for this reason.
     LeftOut(String),
     /// It failed.
     Failed(String),
 }
 
-/// What a method needs at a tolerance.
+/// Results of a method at a tolerance.
 #[derive(Debug, Clone)]
 pub(crate) struct Cell {
     /// The shortest run of all rounds, s.
     pub(crate) least: f64,
     /// The median of the rounds' medians, s.
     pub(crate) median: f64,
-    /// Steps of the solver; evaluations where it tells only those, 0 where it tells neither.
+    /// Steps of the solver; evaluations if only those are reported, otherwise 0.
     pub(crate) steps: usize,
     /// The largest difference from the reference.
     pub(crate) error: f64,
-    /// Peak of the program's memory, bytes, where it tells.
+    /// Peak of the program's memory, bytes, if reported.
     pub(crate) memory: Option<f64>,
-    /// What it says of the parameters that it fitted; mostly nothing.
+    /// The report of a fit on its parameters; usually empty.
     pub(crate) says: String,
     medians: Vec<f64>,
 }
@@ -65,7 +65,7 @@ impl Cell {
     }
 }
 
-/// Measures all that is asked for.
+/// Measures everything that was requested.
 pub(crate) fn rows(folder: &Path, programs: &[Installed], arguments: &Arguments) -> Vec<Row> {
     let mut rows = Vec::new();
     for case in CASES {
@@ -140,16 +140,16 @@ fn run(
     let error = values.and_then(|values| reference.error(&values));
     let error = error.map_err(|error| failed(&error))?;
     let stdout = String::from_utf8_lossy(&output.stdout);
-    let told = |name: &str| {
+    let value = |name: &str| {
         let words = stdout.lines().filter_map(|line| line.split_once(' '));
         words.into_iter().find_map(|(first, rest)| (first == name).then_some(rest.trim()))
     };
     let number = |name: &str| {
-        let number = told(name).and_then(|text| text.parse::<f64>().ok());
+        let number = value(name).and_then(|text| text.parse::<f64>().ok());
         number.ok_or_else(|| Missing::Failed(format!("it does not tell `{name}`")))
     };
     let cell = Cell::new(number("least")?, number("median")?, number("steps")? as usize, error);
-    let says = told("says").unwrap_or_default().to_owned();
+    let says = value("says").unwrap_or_default().to_owned();
     Ok(Cell { memory: number("memory").ok(), says, ..cell })
 }
 
@@ -157,7 +157,7 @@ fn failed(error: &impl ToString) -> Missing {
     Missing::Failed(error.to_string())
 }
 
-/// The cell with another round's.
+/// Merges the cell of another round.
 fn merge(cell: &mut Result<Cell, Missing>, other: Result<Cell, Missing>) {
     match (cell, other) {
         (Ok(cell), Ok(other)) => {

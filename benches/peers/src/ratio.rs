@@ -8,7 +8,7 @@ use crate::measure::Row;
 pub(crate) enum Reach {
     /// Interpolated between two tolerances.
     Between(f64),
-    /// All that was tried is more accurate, this by its own error: a looser tolerance might take less.
+    /// All results are more accurate, the cheapest with this error: a looser tolerance might take less.
     AtMost(f64, f64),
 }
 
@@ -21,8 +21,7 @@ impl Reach {
     }
 }
 
-/// The time in which the peer's best method, or the one that is named, reaches the case's error; none
-/// where no method does.
+/// The time in which the peer's best method, or the given one, reaches the case's error; `None` if no method does.
 pub(crate) fn best(
     rows: &[Row],
     case: &str,
@@ -44,10 +43,10 @@ pub(crate) fn reach(row: &Row) -> Option<Reach> {
     let points = row.cells.iter().filter_map(|cell| cell.as_ref().ok());
     let mut points: Vec<(f64, f64)> = points.map(|cell| (cell.error, cell.least)).collect();
     points.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
-    let mut found: Option<Reach> = None;
+    let mut shortest: Option<Reach> = None;
     let mut take = |reach: Reach| {
-        if found.is_none_or(|found| reach.seconds() < found.seconds()) {
-            found = Some(reach);
+        if shortest.is_none_or(|shortest| reach.seconds() < shortest.seconds()) {
+            shortest = Some(reach);
         }
     };
     for pair in points.windows(2) {
@@ -62,7 +61,7 @@ pub(crate) fn reach(row: &Row) -> Option<Reach> {
             take(Reach::AtMost(*time, *error));
         }
     }
-    found
+    shortest
 }
 
 #[cfg(test)]
@@ -80,7 +79,7 @@ mod tests {
 
     #[test]
     fn between_two_tolerances_the_logarithms_are_linear() {
-        // Half way between 1e-5 and 1e-7 is 1e-6, half way between 1 s and 100 s is 10 s.
+        // The midpoint of 1e-5 and 1e-7 is 1e-6, that of 1 s and 100 s is 10 s.
         let Some(Reach::Between(time)) = reach(&row(&[(1e-5, 1.0), (1e-7, 100.0)])) else {
             panic!("not between")
         };

@@ -1,9 +1,9 @@
-//! Writes what was measured into the repository.
+//! Writes the results into the repository.
 
 use std::fs;
 use std::path::Path;
 
-/// Lines of `docs/speed.md` between which the table stands.
+/// Lines of `docs/speed.md` around the table.
 const BEGIN: &str = "<!-- written by benches/peers -- --record -->\n";
 const END: &str = "<!-- until here -->\n";
 
@@ -11,13 +11,13 @@ const END: &str = "<!-- until here -->\n";
 ///
 /// # Errors
 ///
-/// That a file cannot be read or written, or that the page has no place for a table.
+/// A file cannot be read or written, or the page has no place for a table.
 pub(crate) fn write(folder: &Path, root: &Path, table: &str, all: &str) -> Result<(), String> {
     let path = root.join("docs").join("speed.md");
-    let told = |error: std::io::Error| format!("{}: {error}", path.display());
-    let page = fs::read_to_string(&path).map_err(told)?;
+    let describe = |error: std::io::Error| format!("{}: {error}", path.display());
+    let page = fs::read_to_string(&path).map_err(describe)?;
     let page = replaced(&page, table).ok_or("docs/speed.md has no place for the table")?;
-    fs::write(&path, page).map_err(told)?;
+    fs::write(&path, page).map_err(describe)?;
     let results = folder.join("results.md");
     let before = fs::read_to_string(&results).unwrap_or_default();
     let text = format!(
@@ -27,7 +27,7 @@ pub(crate) fn write(folder: &Path, root: &Path, table: &str, all: &str) -> Resul
     fs::write(&results, text).map_err(|error| format!("{}: {error}", results.display()))
 }
 
-/// What other programs have measured: all from the section on discovery on.
+/// Results of other programs: everything from the section on discovery on.
 fn of_other_programs(results: &str) -> String {
     match results.find("\n## Discovery\n") {
         Some(at) => results[at..].to_owned(),
@@ -35,7 +35,7 @@ fn of_other_programs(results: &str) -> String {
     }
 }
 
-/// The text with another table.
+/// The page with the table replaced.
 fn replaced(page: &str, table: &str) -> Option<String> {
     let (before, rest) = page.split_once(BEGIN)?;
     let (_, after) = rest.split_once(END)?;

@@ -1,4 +1,4 @@
-//! Times with errors beside them, and ratios at equal error, as Markdown.
+//! Times with their errors, and ratios at equal error, as Markdown.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use crate::measure::{Cell, Missing, Row};
 use crate::ratio::{Reach, best, reach};
 use crate::user_crate::{Build, Builds};
 
-/// What all peers need for a case; empty where none was run.
+/// The results of all peers for a case; empty if none was run.
 pub(crate) fn of_case(case: &Case, rows: &[Row]) -> String {
     let rows: Vec<&Row> = rows.iter().filter(|row| row.case.name == case.name).collect();
     if rows.is_empty() {
@@ -38,24 +38,25 @@ pub(crate) fn of_case(case: &Case, rows: &[Row]) -> String {
         }
         let steps = row.cells[middle].as_ref().map_or(0, |cell| cell.steps);
         let steps = if steps == 0 { "-".to_owned() } else { steps.to_string() };
-        let at = reach(row).map_or("not reached".to_owned(), reached);
-        let _ = writeln!(text, " {steps} | {at} |");
+        let time = reach(row).map_or("not reached".to_owned(), reached);
+        let _ = writeln!(text, " {steps} | {time} |");
     }
     text.push('\n');
     for row in rows {
-        let said = row.cells.iter().flatten().map(|cell| &cell.says).find(|says| !says.is_empty());
-        if let Some(said) = said {
-            let _ = writeln!(text, "{} {} says: {said}\n", row.peer, row.method);
+        let report =
+            row.cells.iter().flatten().map(|cell| &cell.says).find(|says| !says.is_empty());
+        if let Some(report) = report {
+            let _ = writeln!(text, "{} {} says: {report}\n", row.peer, row.method);
         }
     }
     text
 }
 
-/// How time and memory grow with the number of states, from each case to the next and overall.
+/// The growth of time and memory with the number of states, between successive cases and overall.
 fn growth(cases: &[&str], rows: &[Row]) -> Vec<Growth> {
     let mut growths: Vec<Growth> = Vec::new();
     for row in rows.iter().filter(|row| cases.contains(&row.case.name)) {
-        // The tightest tolerance is what all sizes have in common.
+        // The tightest tolerance is common to all sizes.
         let Some(Ok(cell)) = row.cells.last() else { continue };
         let Some(states) = row.case.states() else { continue };
         let point = Size { states, time: cell.least, memory: cell.memory };
@@ -70,7 +71,7 @@ fn growth(cases: &[&str], rows: &[Row]) -> Vec<Growth> {
     growths
 }
 
-/// How a method grows.
+/// The growth of a method.
 struct Growth {
     peer: &'static str,
     method: &'static str,
@@ -85,7 +86,7 @@ struct Size {
 }
 
 impl Growth {
-    /// From one size to another: the exponents of time and memory, and the bytes of each further state.
+    /// Between two sizes: the exponents of time and memory, and the bytes for each additional state.
     fn between(from: &Size, to: &Size) -> (f64, Option<(f64, f64)>) {
         let exponent = |from: f64, to: f64| (to / from).ln();
         let size = exponent(from.states, to.states);
@@ -95,13 +96,13 @@ impl Growth {
         (exponent(from.time, to.time) / size, memory)
     }
 
-    /// From the smallest to the largest.
+    /// Between the smallest and the largest size.
     fn overall(&self) -> (f64, Option<(f64, f64)>) {
         Self::between(&self.sizes[0], &self.sizes[self.sizes.len() - 1])
     }
 }
 
-/// Exponents of time and memory; empty where there are not two sizes.
+/// Exponents of time and memory; empty for fewer than two sizes.
 pub(crate) fn of_growth(rows: &[Row]) -> String {
     let mut text = String::new();
     for bar in BARS {
@@ -126,7 +127,7 @@ pub(crate) fn of_growth(rows: &[Row]) -> String {
     )
 }
 
-/// What is to be reached, and whether it is; empty where nothing of it was run.
+/// The targets, and whether they were reached; empty if none was run.
 pub(crate) fn of_bars(rows: &[Row], builds: Option<&Builds>) -> String {
     let lines: String = BARS.iter().filter_map(|bar| of_bar(bar, rows, builds)).collect();
     if lines.is_empty() {
@@ -137,21 +138,21 @@ pub(crate) fn of_bars(rows: &[Row], builds: Option<&Builds>) -> String {
     )
 }
 
-/// The lines of a bar; none where it was not run.
+/// The lines of a target; `None` if it was not run.
 fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
     let was_run = |case, peer| rows.iter().any(|row| row.case.name == case && row.peer == peer);
     let ours = |case| best(rows, case, OURS, None);
     match *bar {
         Bar::Faster { case, peer, method, ratio } => {
-            let of = CASES.iter().find(|of| of.name == case)?;
+            let target = CASES.iter().find(|of| of.name == case)?;
             if !was_run(case, OURS) || !was_run(case, peer) {
                 return None;
             }
             let theirs = best(rows, case, peer, method);
             let (found, verdict) = match (ours(case), theirs) {
                 (Some((ours, _)), Some((theirs, _))) => {
-                    let found = theirs.seconds() / ours.seconds();
-                    (format!("{found:.1}"), verdict(found >= ratio))
+                    let factor = theirs.seconds() / ours.seconds();
+                    (format!("{factor:.1}"), verdict(factor >= ratio))
                 }
                 (Some(_), None) => ("-".to_owned(), "reached: the other is not that accurate"),
                 (None, _) => ("-".to_owned(), verdict(false)),
@@ -161,8 +162,8 @@ fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
                     format!("{method}: {}", reached(time))
                 })
             };
-            let (error, dgd) = (of.equal_error, show(ours(case)));
-            let problem = of.label();
+            let (error, dgd) = (target.equal_error, show(ours(case)));
+            let problem = target.label();
             let theirs = show(theirs);
             Some(format!(
                 "| {problem} | {error:.0e} | {dgd} | {peer} {theirs} | {found} | {ratio} | {verdict} |\n"
@@ -170,21 +171,21 @@ fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
         }
         Bar::AtMost { case, than, ratio } => {
             let (dear, cheap) = (ours(case)?.0, ours(than)?.0);
-            let found = dear.seconds() / cheap.seconds();
+            let factor = dear.seconds() / cheap.seconds();
             let (dear, cheap) = (reached(dear), reached(cheap));
-            let verdict = verdict(found <= ratio);
+            let verdict = verdict(factor <= ratio);
             let (case, than) = (case.replace('p', "P"), than.replace('p', "P"));
             Some(format!(
-                "| {case} over {than} | | {dear} | {than}: {cheap} | {found:.1} | at most {ratio} | {verdict} |\n"
+                "| {case} over {than} | | {dear} | {than}: {cheap} | {factor:.1} | at most {ratio} | {verdict} |\n"
             ))
         }
         Bar::Threads { one, all } => {
             let (one, all) = (ours(one)?.0, ours(all)?.0);
-            let found = one.seconds() / all.seconds();
+            let factor = one.seconds() / all.seconds();
             let cores = std::thread::available_parallelism().map_or(1, usize::from);
             let (one, all) = (reached(one), reached(all));
             Some(format!(
-                "| P4 by {cores} threads | | {all} | one thread: {one} | {found:.2} | | |\n"
+                "| P4 by {cores} threads | | {all} | one thread: {one} | {factor:.2} | | |\n"
             ))
         }
         Bar::Loaded { case, compiled, loaded, ratio } => {
@@ -193,17 +194,17 @@ fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
                 rows.find(|row| row.method == method)
             };
             let (compiled, loaded) = (find(compiled)?, find(loaded)?);
-            // The tolerance in the middle.
+            // The middle tolerance.
             let middle = compiled.cells.len() / 2;
             let time = |row: &Row| row.cells.get(middle)?.as_ref().ok().map(|cell| cell.least);
             let (fast, slow) = (time(compiled)?, time(loaded)?);
-            let found = slow / fast;
+            let factor = slow / fast;
             let case = case.replace('p', "P");
             let rtol = compiled.case.tolerances[middle];
-            let verdict = verdict(found <= ratio);
+            let verdict = verdict(factor <= ratio);
             let (fast, slow) = (show(fast), show(slow));
             Some(format!(
-                "| {case} loaded over compiled | rtol {rtol:.0e} | {slow} | compiled: {fast} | {found:.1} | at most {ratio} | {verdict} |\n"
+                "| {case} loaded over compiled | rtol {rtol:.0e} | {slow} | compiled: {fast} | {factor:.1} | at most {ratio} | {verdict} |\n"
             ))
         }
         Bar::Linear { cases, exponent, bytes } => {
@@ -224,13 +225,13 @@ fn of_bar(bar: &Bar, rows: &[Row], builds: Option<&Builds>) -> Option<String> {
         }
         Bar::Says { case, words } => {
             let mut rows = rows.iter().filter(|row| row.case.name == case);
-            let said = |row: &Row| row.cells.first()?.as_ref().ok().map(|cell| cell.says.clone());
-            let ours = rows.find(|row| row.peer == OURS).and_then(said)?;
+            let report = |row: &Row| row.cells.first()?.as_ref().ok().map(|cell| cell.says.clone());
+            let ours = rows.find(|row| row.peer == OURS).and_then(report)?;
             let is_said = |word: &str| ours.split([' ', ':', ';']).any(|part| part == word);
             let reached =
                 ours.starts_with("not determined") && words.iter().all(|word| is_said(word));
-            let others =
-                rows.filter_map(|row| Some(format!("{} {}: {}", row.peer, row.method, said(row)?)));
+            let others = rows
+                .filter_map(|row| Some(format!("{} {}: {}", row.peer, row.method, report(row)?)));
             let others = others.collect::<Vec<_>>().join("<br>");
             Some(format!(
                 "| a fit with c2 and F both free | | {ours} | {others} | | said | {} |\n",
@@ -257,7 +258,7 @@ fn verdict(reached: bool) -> &'static str {
     if reached { "reached" } else { "**missed**" }
 }
 
-/// What failed, and who gives another answer than the reference.
+/// Failed runs, and programs whose answers differ from the reference.
 pub(crate) fn complaints(rows: &[Row]) -> (Vec<String>, Vec<String>) {
     let (mut failures, mut disagreements) = (Vec::new(), Vec::new());
     for row in rows {

@@ -1,7 +1,7 @@
-//! How long a user's crate takes to build that has a model, simulates and fits it.
+//! Build time of a user's crate that has a model, simulates and fits it.
 //!
-//! It is made in a temporary folder, with this repository as its one dependency, and built by two jobs:
-//! once from nothing, and once more after an edit.
+//! The crate is made in a temporary folder, with this repository as its only dependency, and built by two jobs: from
+//! scratch, and again after an edit.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -15,18 +15,18 @@ const MODEL: &str = "models/mud_circulation.dgd";
 /// Both builds.
 #[derive(Debug)]
 pub(crate) struct Builds {
-    /// With nothing built.
+    /// Build from scratch.
     pub(crate) first: Build,
-    /// With its dependencies built.
+    /// Build with its dependencies built.
     pub(crate) again: Build,
 }
 
-/// What a build takes.
+/// The cost of a build.
 #[derive(Debug)]
 pub(crate) struct Build {
-    /// From start to end, s.
+    /// Elapsed time, s.
     pub(crate) time: f64,
-    /// Of all processors together, s; the machine's other load adds less to it.
+    /// Processor time of all processors, s; it depends less on the machine's load.
     pub(crate) processors: f64,
 }
 
@@ -34,11 +34,11 @@ pub(crate) struct Build {
 ///
 /// # Errors
 ///
-/// What goes wrong.
+/// The failed step.
 pub(crate) fn build(root: &Path) -> Result<Builds, String> {
     let folder = env::temp_dir().join(format!("dgd-user-crate-{}", std::process::id()));
     let builds = build_in(&folder, root);
-    // What cannot be removed is in the way of nothing.
+    // A leftover that cannot be removed does no harm.
     let _ = fs::remove_dir_all(&folder);
     builds
 }
@@ -56,7 +56,7 @@ fn build_in(folder: &Path, root: &Path) -> Result<Builds, String> {
         "[package]\nname = \"user-crate\"\nedition = \"2024\"\n\n[dependencies]\ndgd = {{ path = {path:?} }}\n\n[workspace]\n",
     );
     fs::write(folder.join("Cargo.toml"), manifest).map_err(text)?;
-    // Nothing is downloaded while the clock runs.
+    // Downloads happen before the measurement.
     cargo(folder, &["fetch"])?;
     let first = cargo(folder, &["build", "--release", "--jobs", "2"])?;
     fs::write(&source, format!("{PROGRAM}\n// Edited.\n")).map_err(text)?;
@@ -69,7 +69,7 @@ fn cargo(folder: &Path, arguments: &[&str]) -> Result<Build, String> {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(folder).stdin(Stdio::null());
     command.env("CARGO_TARGET_DIR", folder.join("target"));
-    // As its user would: not what this program itself was started with.
+    // As for its user, without the settings of this program.
     command.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
     let output = command.output().map_err(|error| error.to_string())?;
     if !output.status.success() {
@@ -80,7 +80,7 @@ fn cargo(folder: &Path, arguments: &[&str]) -> Result<Build, String> {
     Ok(Build { time: begin.elapsed().as_secs_f64(), processors: processors() - before })
 }
 
-/// Time of processors that programs have taken which this one has started and seen end, s.
+/// Processor time of finished child processes, s.
 fn processors() -> f64 {
     // /proc/self/stat: after the name in brackets, the 14th and 15th number, in hundredths.
     let text = fs::read_to_string("/proc/self/stat").unwrap_or_default();

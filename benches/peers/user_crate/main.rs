@@ -1,4 +1,4 @@
-//! What a user's program does with a model: simulate it, take its sensitivities, fit it.
+//! A user's program: simulates a model, takes its sensitivities, and fits it.
 
 use dgd::{Options, Problem, Recording, fit, sensitivities, simulate};
 
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("level {} m, by c0 {}", truth.get("h_r")?[599], run.sensitivity("h_r", "c0")?[599]);
 
     let recording = Recording::new(&times, &inputs).measured("p_in", truth.get("p_in")?);
-    let found = fit(&Model, &Parameters::default(), &[recording], &["c0"], &options)?;
-    println!("c0 {} m", found.get("c0")?.value);
+    let fitted = fit(&Model, &Parameters::default(), &[recording], &["c0"], &options)?;
+    println!("c0 {} m", fitted.get("c0")?.value);
     Ok(())
 }

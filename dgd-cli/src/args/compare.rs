@@ -34,7 +34,7 @@ pub(crate) struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// For those who do the work; what is finished is kept beside `out`.
+    /// The request of a comparison; its journal is kept beside `out`.
     pub(crate) fn request(&self, out: Option<&Path>) -> CompareRequest {
         let mut request = CompareRequest::new(self.contenders.clone(), self.given.data.clone());
         request.valid.clone_from(&self.given.valid);

@@ -217,7 +217,7 @@ impl LossName {
 }
 
 impl FitArgs {
-    /// For those who do the work; what is finished is kept beside `out`.
+    /// The request of a fit; its journal is kept beside `out`.
     pub(crate) fn request(&self, out: Option<&Path>) -> FitRequest {
         let mut request = FitRequest::new(&self.model, self.given.data.clone());
         request.choices = self.solve.choices(&self.choices);
@@ -252,7 +252,7 @@ impl FitArgs {
         options.most_variance = args.most_variance;
         options.normalise = args.normalise.request();
         request.solve = self.solve.request();
-        // The page in the folder shows them, too.
+        // The page in the folder shows the figures as well.
         request.figures = out.is_some() || !self.solve.plot.is_empty();
         request.command = command_line();
         request

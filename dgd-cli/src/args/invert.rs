@@ -38,7 +38,7 @@ pub(crate) struct InvertArgs {
 }
 
 impl InvertArgs {
-    /// For those who do the work.
+    /// The request of an inversion.
     pub(crate) fn request(&self) -> InvertRequest {
         let mut run = RunRequest::new(&self.model);
         run.choices = self.solve.choices(&self.choices);

@@ -1,4 +1,4 @@
-//! What is typed, as requests to those who do the work.
+//! Converts parsed arguments to requests.
 
 use std::path::{Path, PathBuf};
 
@@ -14,26 +14,26 @@ use super::{
 use crate::command_line::command_line;
 
 impl Choices {
-    /// For those who do the work.
+    /// The choices as part of a request.
     pub(crate) fn request(&self) -> dgd_work::Choices {
         dgd_work::Choices::new(self.variant.clone(), self.set.clone(), self.apply.clone())
     }
 }
 
 impl Sought {
-    /// For those who do the work.
+    /// The estimates as part of a request.
     pub(crate) fn request(&self) -> dgd_work::Sought {
         dgd_work::Sought::new(self.free.clone(), self.fix.clone())
     }
 }
 
 impl Given {
-    /// The recordings, those for validation last.
+    /// All recordings, validation last.
     pub(crate) fn all(&self) -> impl Iterator<Item = &PathBuf> {
         self.data.iter().chain(&self.valid)
     }
 
-    /// Where finished work is kept: beside `out`.
+    /// The journal, beside `out`.
     pub(crate) fn keep(&self, out: Option<&Path>) -> Keep {
         Keep::new(out.map(Path::to_owned), self.resume)
     }
@@ -42,7 +42,7 @@ impl Given {
 impl From<Start> for dgd_work::Start {
     fn from(start: Start) -> Self {
         match start {
-            // A start at rest is a property of the model.
+            // A steady start is a choice of the model.
             Start::Model | Start::Steady => dgd_work::Start::Model,
             Start::Measured => dgd_work::Start::Measured,
         }
@@ -50,14 +50,14 @@ impl From<Start> for dgd_work::Start {
 }
 
 impl SolveArgs {
-    /// What is chosen, a start at rest included.
+    /// The choices, including a steady start.
     pub(super) fn choices(&self, choices: &Choices) -> dgd_work::Choices {
         let mut choices = choices.request();
         choices.at_rest = self.start == Start::Steady;
         choices
     }
 
-    /// For those who do the work.
+    /// The simulation settings as part of a request.
     pub(crate) fn request(&self) -> Solve {
         let mut solve = Solve::default();
         solve.start = self.start.into();
@@ -74,7 +74,7 @@ impl SolveArgs {
 }
 
 impl RunArgs {
-    /// For those who do the work.
+    /// The request of a run.
     pub(crate) fn request(&self) -> RunRequest {
         let mut run = RunRequest::new(&self.model);
         run.choices = self.solve.choices(&self.choices);
@@ -86,7 +86,7 @@ impl RunArgs {
 }
 
 impl SimulateArgs {
-    /// For those who do the work.
+    /// The request of a simulation.
     pub(crate) fn request(&self) -> SimulateRequest {
         let mut request = SimulateRequest::new(self.run.request());
         request.ensemble.clone_from(&self.ensemble);
@@ -100,7 +100,7 @@ impl SimulateArgs {
 }
 
 impl SensitivityArgs {
-    /// For those who do the work.
+    /// The request of sensitivities.
     pub(crate) fn request(&self) -> SensitivityRequest {
         let mut request = SensitivityRequest::new(self.run.request());
         request.of.clone_from(&self.of);
@@ -112,7 +112,7 @@ impl SensitivityArgs {
 }
 
 impl DiscoverArgs {
-    /// For those who do the work; what is finished is kept beside `out`.
+    /// The request of a discovery; its journal is kept beside `out`.
     pub(crate) fn request(&self, out: Option<&Path>) -> DiscoverRequest {
         let mut request = DiscoverRequest::new(&self.model, self.given.data.clone());
         request.choices = self.solve.choices(&self.choices);
@@ -128,14 +128,14 @@ impl DiscoverArgs {
 }
 
 impl AdoptArgs {
-    /// For those who do the work.
+    /// The request of an adoption.
     pub(crate) fn request(&self) -> AdoptRequest {
         AdoptRequest::new(&self.result, &self.name)
     }
 }
 
 impl TrackArgs {
-    /// For those who do the work.
+    /// The request of a tracking run.
     pub(crate) fn request(&self) -> TrackRequest {
         let mut request = TrackRequest::new(&self.model, &self.data);
         request.choices = self.solve.choices(&self.choices);

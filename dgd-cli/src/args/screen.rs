@@ -43,7 +43,7 @@ pub(crate) struct ScreenArgs {
 }
 
 impl ScreenArgs {
-    /// For those who do the work.
+    /// The request of a screening.
     pub(crate) fn request(&self) -> ScreenRequest {
         let mut request = ScreenRequest::new(self.data.clone());
         request.model.clone_from(&self.model);

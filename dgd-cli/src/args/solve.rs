@@ -1,4 +1,4 @@
-//! What commands share: what is chosen, what is estimated, and how a model is run.
+//! Options shared by commands: choices, estimates, and simulation settings.
 
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
-//! Pairs of names that say how curves over a quantity are drawn.
+//! Pairs of names that label or mark curves over a quantity.
 
-/// `head=speed`: curves, and what stands at their ends.
+/// `head=speed`: curves, and the labels at their ends.
 pub(super) fn label(text: &str) -> Result<(String, String), String> {
     pair(text, '=', "this must be two names, as in `head=speed`")
 }

@@ -1,4 +1,4 @@
-//! `dgd adopt`: a formula or an effect that a discovery described, into the library of its model.
+//! `dgd adopt`: puts a described formula or effect of a discovery into the library of its model.
 
 use dgd_data::files::write_whole;
 use dgd_work::adopt;

@@ -12,28 +12,28 @@ use crate::tail::{Printed, Saved, Shown, finish};
 pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
     let display = ProgressDisplay::new(console, Interrupt::Ends(how_to_go_on));
-    let found = discover(&args.request(console.out()), display.session())?;
+    let discovered = discover(&args.request(console.out()), display.session())?;
     let shown = || {
         let plots = &args.solve.plot;
         let is_silent = console.is_quiet() && console.out().is_some();
         let shown = Shown {
-            json: Some(found.to_json()),
+            json: Some(discovered.to_json()),
             saved: match console.out() {
-                Some(_) => Saved::Folder { files: found.files()?, is_told: false },
+                Some(_) => Saved::Folder { files: discovered.files()?, is_told: false },
                 None => Saved::Nothing,
             },
-            drawings: picture::drawings(plots, || found.figure(), |_| found.page())?,
+            drawings: picture::drawings(plots, || discovered.figure(), |_| discovered.page())?,
             printed: if is_silent {
                 Printed::Nothing
             } else {
-                Printed::Text(found.to_text(console.out()))
+                Printed::Text(discovered.to_text(console.out()))
             },
             ..Shown::new(Ended::Done)
         };
         finish(shown, console)
     };
     let shown = shown();
-    if shown.is_err() && found.leave() {
+    if shown.is_err() && discovered.leave() {
         console.remark(
             "the search is kept: the same command with `--resume` writes its result without searching again",
         );

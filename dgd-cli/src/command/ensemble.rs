@@ -1,4 +1,4 @@
-//! `dgd simulate --ensemble`: trajectories for many sets of parameters and start values.
+//! `dgd simulate --ensemble`: trajectories for many sets of parameters and initial values.
 
 use dgd_work::simulate::Hold;
 use dgd_work::simulate_each;
@@ -17,33 +17,34 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     let display =
         ProgressDisplay::new(console, Interrupt::Stops("stopping at the sets that are done"));
     let session = display.session();
-    let mut all = simulate_each(&args.request(), session)?;
+    let mut ensemble = simulate_each(&args.request(), session)?;
     let out = console.out().map(|path| Ok((path, console.table_format(path)?)));
     let out = out.transpose().map_err(|error: CommandError| error)?;
     let is_document = out.map_or(console.is_json(), |(_, format)| format.is_document());
     let hold = Hold::new(is_document, !plots.is_empty());
     match out.filter(|_| !is_document) {
-        // Rows are written as they come.
+        // Rows are written as they are computed.
         Some((path, format)) => {
-            all.verify_memory(if hold.figure { all.sets() } else { 0 })?;
-            save_rows(path, format, |out| all.write_csv(out, hold, session))?;
-            console.remark(&format!("wrote {} ({} sets)", path.display(), all.done()));
+            ensemble.verify_memory(if hold.figure { ensemble.sets() } else { 0 })?;
+            save_rows(path, format, |out| ensemble.write_csv(out, hold, session))?;
+            console.remark(&format!("wrote {} ({} sets)", path.display(), ensemble.done()));
         }
         None if !is_document && !hold.figure => {
-            all.verify_memory(all.sets())?;
+            ensemble.verify_memory(ensemble.sets())?;
             let mut text = Vec::new();
-            let written = all.write_csv(&mut text, hold, session);
+            let written = ensemble.write_csv(&mut text, hold, session);
             written.map_err(|error| CommandError::Found(error.to_string()))?;
             print(&String::from_utf8_lossy(&text))?;
         }
-        None => all.run(hold, session)?,
+        None => ensemble.run(hold, session)?,
     }
     if let Some((path, format)) = out.filter(|_| is_document) {
-        save_json(path, &all.to_json(), format != TableFormat::JsonLines)?;
-        console.remark(&format!("wrote {} ({} sets)", path.display(), all.done()));
+        save_json(path, &ensemble.to_json(), format != TableFormat::JsonLines)?;
+        console.remark(&format!("wrote {} ({} sets)", path.display(), ensemble.done()));
     }
-    let drawings = picture::drawings(plots, || all.figure(), |command| Ok(all.page(command)))?;
+    let drawings =
+        picture::drawings(plots, || ensemble.figure(), |command| Ok(ensemble.page(command)))?;
     let is_printed = console.is_json() && !(is_document && out.is_some());
-    let json = is_printed.then(|| all.to_json());
-    finish(Shown { json, saved: Saved::Nothing, drawings, ..Shown::new(all.ended()) }, console)
+    let json = is_printed.then(|| ensemble.to_json());
+    finish(Shown { json, saved: Saved::Nothing, drawings, ..Shown::new(ensemble.ended()) }, console)
 }

@@ -1,4 +1,4 @@
-//! `dgd fit`: parameters and start values from recordings, tested on others.
+//! `dgd fit`: estimates parameters and initial values from recordings, and validates them on others.
 
 use std::path::{Path, PathBuf};
 
@@ -40,7 +40,7 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     CommandError::of(fitted.ended(console.out()))
 }
 
-/// The file of a figure; those of profiles stand beside the first: `fit.svg` → `fit.profile-c0.svg`.
+/// The file of a figure; profiles are saved beside the first: `fit.svg` → `fit.profile-c0.svg`.
 fn file(path: &Path, figure: &FitFigure) -> PathBuf {
     let Some(name) = &figure.of else { return path.to_owned() };
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -1,4 +1,4 @@
-//! `dgd invert`: what an equation lacks, from what was measured.
+//! `dgd invert`: computes the missing term of an equation from measurements.
 
 use dgd_work::{Ended, invert};
 

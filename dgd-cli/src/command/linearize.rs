@@ -1,4 +1,4 @@
-//! `dgd linearize`: the linear model close to a point of a run, or to a steady state.
+//! `dgd linearize`: the linear model at a point of a run, or at a steady state.
 
 use dgd_work::{Ended, LinearizeRequest, linearize};
 

@@ -1,4 +1,4 @@
-//! `dgd screen`: what is wrong with recordings, before anything is fitted to them.
+//! `dgd screen`: checks recordings for faults before anything is fitted to them.
 
 use std::path::PathBuf;
 

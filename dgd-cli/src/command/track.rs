@@ -30,15 +30,15 @@ pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandE
     ended
 }
 
-/// What was tracked, and how the command ends.
+/// The tracking result, and the outcome of the command.
 type Ending = (Tracked, Result<(), CommandError>);
 
-/// Standard input, where that is what is tracked.
+/// Standard input, if that is the recording.
 fn input(args: &TrackArgs) -> Option<Box<dyn Read>> {
     (args.data == Path::new("-")).then(|| Box::new(io::stdin()) as Box<dyn Read>)
 }
 
-/// Tracks to standard output; what ends it is the last line of what programs read there.
+/// Tracks to standard output; programs read an error there as the last line.
 fn print(args: &TrackArgs, console: Console<'_>) -> Result<Ending, CommandError> {
     let mut out = io::stdout().lock();
     let format = if console.is_json() { LineFormat::Lines } else { LineFormat::Csv };
@@ -59,7 +59,7 @@ fn print(args: &TrackArgs, console: Console<'_>) -> Result<Ending, CommandError>
     }
 }
 
-/// Tracks into a file that appears whole or not at all.
+/// Tracks into a file that is written atomically.
 fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<Ending, CommandError> {
     let format = console.table_format(path)?;
     let lines = match format {
@@ -68,15 +68,15 @@ fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<Ending, C
         TableFormat::JsonLines => LineFormat::Lines,
     };
     let display = ProgressDisplay::new(console, Interrupt::Ends(NOTHING));
-    let mut found = None;
+    let mut outcome = None;
     let written = save_rows(path, format, |out| {
         let tracked = track(&args.request(), input(args), display.session(), out, lines);
         let is_whole = tracked.as_ref().is_ok_and(|tracked| tracked.stopped.is_none());
-        found = Some(tracked);
+        outcome = Some(tracked);
         if is_whole { Ok(()) } else { Err(io::Error::other("tracking ended")) }
     });
-    let Some(tracked) = found else {
-        // Tracking has not begun: the output cannot be opened.
+    let Some(tracked) = outcome else {
+        // Tracking has not begun because the output cannot be opened.
         let error = written.err().map_or_else(String::new, |error| error.to_string());
         return Err(CommandError::Found(error));
     };

@@ -1,10 +1,10 @@
-//! `dgd watch`: a page on this machine that is redrawn on every save.
+//! `dgd watch`: serves a page on this machine that is redrawn on every save.
 
 use crate::args::WatchArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 
-/// Serves until Ctrl-C, or the terminal, ends it.
+/// Serves until it is ended by Ctrl-C or with its terminal.
 #[cfg(feature = "watch")]
 pub(crate) fn run(args: &WatchArgs, console: Console<'_>) -> Result<(), CommandError> {
     use serde_json::json;
@@ -20,9 +20,9 @@ pub(crate) fn run(args: &WatchArgs, console: Console<'_>) -> Result<(), CommandE
         let why = format!("`{}` is not a file that could be watched", missing.display());
         return Err(CommandError::Found(why));
     }
-    let mut told = Ok(());
+    let mut printed = Ok(());
     let tell = |address: &str| {
-        told = if console.is_json() {
+        printed = if console.is_json() {
             print(&format!("{}\n", json!({ "address": address })))
         } else {
             print(&format!("{address}\n"))
@@ -30,13 +30,13 @@ pub(crate) fn run(args: &WatchArgs, console: Console<'_>) -> Result<(), CommandE
         console.remark("open this address in a browser; Ctrl-C ends it");
     };
     let served = dgd_watch::server::serve(args.run.request(), args.port, tell);
-    told?;
+    printed?;
     served.map_err(|error| {
         CommandError::Found(format!("cannot serve on port {} of this machine: {error}", args.port))
     })
 }
 
-/// Says how to get it.
+/// Explains how to get the command.
 #[cfg(not(feature = "watch"))]
 pub(crate) fn run(_: &WatchArgs, _: Console<'_>) -> Result<(), CommandError> {
     Err(CommandError::Usage(

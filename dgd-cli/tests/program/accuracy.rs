@@ -1,4 +1,4 @@
-//! The command line against independent solutions: what `--rtol 1e-8` gives.
+//! The command line against independent solutions, with `--rtol 1e-8`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -15,7 +15,7 @@ fn table(path: &Path) -> Table {
     read(path, &mut Sources::default(), &mut Diagnostics::default()).expect("a table")
 }
 
-/// SI value of one of the column's unit.
+/// SI value of one column unit.
 fn factor(unit: Option<&dgd_compiler::units::Unit>) -> f64 {
     unit.map_or(1.0, |unit| unit.factor)
 }
@@ -37,11 +37,11 @@ fn check(model: &str, flow: &str, inputs: &str, reference: &str, every: Option<&
     let (sensitivities, states) = (table(&out), table(&states));
     assert_eq!(reference.time, sensitivities.time);
     for column in &reference.columns {
-        let found = sensitivities.column(&column.name).or_else(|| states.column(&column.name));
-        let found = found.unwrap_or_else(|| panic!("no column `{}`", column.name));
-        let si = factor(found.unit.as_ref());
+        let result = sensitivities.column(&column.name).or_else(|| states.column(&column.name));
+        let result = result.unwrap_or_else(|| panic!("no column `{}`", column.name));
+        let si = factor(result.unit.as_ref());
         let largest = column.values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
-        for (value, expected) in found.values.iter().zip(&column.values) {
+        for (value, expected) in result.values.iter().zip(&column.values) {
             let error = (value * si - expected).abs() / largest;
             assert!(error <= 1e-6, "{model} {flow} `{}`: off by {error:.1e}", column.name);
         }

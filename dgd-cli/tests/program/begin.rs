@@ -1,4 +1,4 @@
-//! The first ten minutes: a project, its five commands, and data as others have it.
+//! The first ten minutes: a project, its five commands, and data in foreign formats.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -26,7 +26,7 @@ fn begun(folder: &TempDir, template: &str) -> std::path::PathBuf {
     project
 }
 
-/// Runs the commands of a template's README; the hidden effect has to be named, and nothing else.
+/// Runs the commands of a template's README; the hidden effect must be named, and no other.
 fn follow(template: &str) {
     let folder = folder_with(&[]);
     let project = begun(&folder, template);
@@ -43,8 +43,8 @@ fn follow(template: &str) {
     let truth = json("truth.json");
     let hidden = truth.get("effects").or_else(|| truth["booster_stop"].get("effects"));
     let hidden = hidden.and_then(|all| all[0].as_str()).expect("an effect is hidden").to_owned();
-    let found = json("found/result.json");
-    let named: Vec<&str> = found["effects"]
+    let result = json("found/result.json");
+    let named: Vec<&str> = result["effects"]
         .as_array()
         .expect("a list of effects")
         .iter()
@@ -92,7 +92,7 @@ fn a_project_needs_a_source() {
     run.refused(2, &["rocket", "motor", "drilling"]);
 }
 
-/// A first-order lag driven by steps, without noise: 2 s, gain 3, from plain arithmetic.
+/// A first-order lag driven by steps, without noise: 2 s, gain 3, computed in closed form.
 fn lag_csv(header: &str, time: impl Fn(usize) -> String) -> String {
     let mut text = format!("{header}\n");
     let mut y = 0.5;
@@ -125,7 +125,7 @@ fn a_skeleton_of_a_recording_runs_and_is_fitted() {
     let value = |name: &str| fitted["parameters"][name]["value"].as_f64().expect("a number");
     assert!((value("tau_y") - 2.0).abs() < 1e-3, "{}", value("tau_y"));
     assert!((value("k_y_u") - 3.0).abs() < 1e-3, "{}", value("k_y_u"));
-    // The same of compressed text, which is copied, and of a table that is not text.
+    // The same for compressed text, which is copied, and for a binary table.
     for (name, file) in [("zipped", "run.csv.gz"), ("binary", "run.parquet")] {
         let run = ["simulate", "plant/plant.dgd", "--data", "plant/data.csv", "-o", file];
         dgd_in(folder.path(), &run).done();
@@ -152,7 +152,7 @@ equation e: 2 [s]*der(y) = 3 [m/V]*u - y
 output y [m]
 ";
 
-/// Runs the lag on what comes in on standard input.
+/// Runs the lag with a recording on standard input.
 fn lag(csv: &str, more: &[&str]) -> Run {
     let folder = folder_with(&[("lag.dgd", LAG)]);
     let args = [&["simulate", "lag.dgd", "--data", "-"], more].concat();
@@ -199,7 +199,7 @@ fn stamps_stay_stamps() {
     let json = lag(&csv, &["--format", "json"]).json();
     assert_eq!(json["start"], "2026-11-21T10:00:00Z");
     assert_eq!(json["time"][1], 0.2);
-    // So they do in the tables of other commands.
+    // The same applies to tables of other commands.
     let folder = folder_with(&[
         ("lag.dgd", LAG),
         ("run.csv", csv.as_bytes()),
@@ -229,7 +229,7 @@ fn stamps_stay_stamps() {
         let start = json.get("start").unwrap_or(&json["settings"]["start"]);
         assert_eq!(start, "2026-11-21T10:00:00Z", "{args:?}");
     }
-    // What was written is read again.
+    // The output can be read again.
     lag(&run.out, &[]);
 }
 
@@ -239,7 +239,7 @@ fn an_array_of_numbers_takes_one_line_with_the_digits_of_csv() {
     let table = lag(&csv, &[]).out;
     let text = lag(&csv, &["--format", "json"]).out;
     assert!(text.lines().count() < 100, "{text}");
-    // Read from the text: the digits themselves are to be those of CSV.
+    // Parsed from the text, because the digits must equal those of CSV.
     let columns: Vec<Vec<f64>> = text
         .lines()
         .filter_map(|line| line.trim().strip_prefix("\"values\": ["))

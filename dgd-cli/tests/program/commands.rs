@@ -1,4 +1,4 @@
-//! The `dgd` command as a user meets it: exit codes, messages, files.
+//! The `dgd` command as a user sees it: exit codes, messages, files.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -17,7 +17,7 @@ fn tank(command: &str, more: &[&str]) -> Run {
     dgd(&[&[command, TANK, "--data", DATA], more].concat())
 }
 
-/// The slope of x is its square: it explodes at 1 s.
+/// The slope of x is its square, so x diverges at 1 s.
 const EXPLOSION: &[u8] =
     b"model explosion\n\nstate x [1] = 1\n\nequation growth: der(x) = x^2 * 1 [1/s]\n";
 
@@ -34,7 +34,7 @@ fn mistakes_in_data_are_shown_as_expected() {
         let data: &[&str] =
             if is_set { &["--data", "good.csv", "--ensemble", name] } else { &["--data", name] };
         let run = dgd_in(&folder, &[&["simulate", "model.dgd"], data].concat());
-        // Columns that are not used are worth a note only.
+        // Unused columns cause only a note.
         let refused = !name.starts_with("E611");
         assert_eq!(run.code, i32::from(refused), "{name}: {}", run.err);
         assert_eq!(run.out.is_empty(), refused, "{name}: {}", run.out);
@@ -69,10 +69,10 @@ fn exit_codes_are_as_promised() {
 #[test]
 fn results_do_not_depend_on_the_engine() {
     for command in ["simulate", "sensitivity"] {
-        let by = |engine: &str| tank(command, &["--engine", engine]).done().out;
-        let interpreted = by("interpreter");
-        assert!(by("native") == interpreted, "{command}");
-        assert!(by("auto") == interpreted, "{command}");
+        let run_by = |engine: &str| tank(command, &["--engine", engine]).done().out;
+        let interpreted = run_by("interpreter");
+        assert!(run_by("native") == interpreted, "{command}");
+        assert!(run_by("auto") == interpreted, "{command}");
         assert!(tank(command, &[]).done().out == interpreted, "{command}");
     }
     tank("simulate", &["--engine", "steam"]).refused(2, &["steam", "native", "interpreter"]);
@@ -80,13 +80,13 @@ fn results_do_not_depend_on_the_engine() {
 
 #[test]
 fn results_tell_the_method() {
-    let told = |more: &[&str]| {
+    let method = |more: &[&str]| {
         let run = tank("simulate", &[&["--format", "json"], more].concat()).done().json();
         run["method"].clone()
     };
-    assert_eq!(told(&[]), "rodas5p");
-    assert_eq!(told(&["--method", "auto"]), "rodas5p");
-    assert_eq!(told(&["--method", "bdf"]), "bdf");
+    assert_eq!(method(&[]), "rodas5p");
+    assert_eq!(method(&["--method", "auto"]), "rodas5p");
+    assert_eq!(method(&["--method", "bdf"]), "bdf");
     let listed = dgd(&["methods"]).done().out;
     for name in ["rodas5p", "kencarp4", "bdf", "tsit5", "taylor", "auto"] {
         assert!(listed.contains(name), "{listed}");
@@ -158,13 +158,13 @@ fn elements_of_arrays_are_columns_where_outputs_ask_for_them() {
     let data = b"time [s],u,x[2]\n0,0,1\n1,0,0.7\n";
     let folder = folder_with(&[("chain.dgd", model), ("data.csv", data)]);
     let simulate = |more: &[&str]| {
-        let all = [&["simulate", "chain.dgd", "--data", "data.csv"], more].concat();
-        dgd_in(folder.path(), &all).done()
+        let all_args = [&["simulate", "chain.dgd", "--data", "data.csv"], more].concat();
+        dgd_in(folder.path(), &all_args).done()
     };
     let run = simulate(&[]);
     let header = run.out.lines().next().expect("a header");
     assert_eq!(header, "time [s],u [1],sum [1],x[1] [1],x[2] [1],x[3] [1]");
-    // The measured column belongs to an output, which the model knows.
+    // The measured column belongs to an output of the model.
     assert!(!run.err.contains("does not know"), "{}", run.err);
     assert_eq!(column(&simulate(&["--set", "x=0.5"]).out, "x[3] [1]")[0], 0.5);
     let longer = simulate(&["--set", "N=5"]);
@@ -248,18 +248,17 @@ fn outputs_are_drawn_over_another_quantity() {
         |name: &str| dgd(&[&["simulate"], &pump[..], &["--plot", &svg, "--over", name]].concat());
     over("q").done();
     let picture = fs::read_to_string(&svg).expect("a picture");
-    // A panel of six heads, the system's and the operating point's, one of its flow; no panel of
-    // inputs, and no time.
+    // A panel of six heads, the system curve and the operating point, and one for its flow; no inputs, and no time.
     for text in ["[lpm]", "[m]", "head", "sys", "2000", "4000"] {
         assert!(picture.contains(text), "{text}");
     }
     assert!(!picture.contains("Time"));
-    // Where the abscissa is an output, the others are drawn over it.
+    // If the abscissa is an output, the others are drawn over it.
     over("h_sys").done();
     assert!(fs::read_to_string(&svg).expect("a picture").contains("150"));
 
-    // Curves of an array with their speeds at their ends and the points where the system's meets them; what
-    // says so is not drawn itself. Without `--every` the picture is smooth, and the table as ever.
+    // Curves of an array with their speeds as labels and the operating points; labels are not drawn as curves. Without
+    // `--every` the curves are smooth, and the table is unchanged.
     let sweep =
         ["models/subsea_pump.dgd", "--data", "examples/data/pump_curves.csv", "--over", "q"];
     let table = path(&folder, "curves.csv");
@@ -357,12 +356,12 @@ fn start_values_come_from_measured_outputs() {
     let elsewhere = ["--set", "h_r=60", "--set", "q_ssp=2000 [lpm]", "-o", &recorded];
     circulation("examples/data/circulation.csv", &elsewhere);
 
-    let found = circulation(&recorded, &["--start", "measured"]);
+    let result = circulation(&recorded, &["--start", "measured"]);
     let recorded = fs::read_to_string(&recorded).expect("it was written");
     for (state, value) in [("h_r [m]", 60.0), ("q_ssp [lpm]", 2000.0)] {
         assert_eq!(column(&recorded, state)[0], value);
-        // The search ends when a step is below the default tolerances, 1e-6.
-        let gap = column(&found, state)[0] - value;
+        // The search ends when a step is below the default tolerance, 1e-6.
+        let gap = column(&result, state)[0] - value;
         assert!(gap.abs() < 1e-5 * value, "{state}: {gap}");
     }
 }
@@ -374,8 +373,7 @@ fn start_values_fit_noisy_measurements() {
     let simulated =
         dgd(&["simulate", model, "--until", "2", "--data", data, "--start", "measured"]).done().out;
     let measured = fs::read_to_string(root().join(data)).expect("the example's data");
-    // The level is seen by two sensors of 0.01 bar, so that it is within three standard deviations
-    // of each of them.
+    // Two sensors with noise of 0.01 bar measure the level, so it is within three standard deviations of each.
     let gap = column(&simulated, "p_r [bara]")[0] - column(&measured, "p_r [bara]")[0];
     assert!(gap.abs() < 0.03, "{gap}");
 }
@@ -427,7 +425,7 @@ fn sensitivities_have_the_columns_asked_for() {
     assert_eq!(header(&["--of", "h", "--to", "A"]), "time [s],d(h)/d(A) [m/m^2]");
     let scaled = header(&["--of", "h", "--to", "A,k", "--scaled"]);
     assert_eq!(scaled, "time [s],A*d(h)/d(A) [m],k*d(h)/d(k) [m]");
-    // h, p and q_out, each to A and k.
+    // h, p and q_out, each with respect to A and k.
     assert_eq!(header(&[]).matches(",d(").count(), 6);
 }
 
@@ -453,7 +451,7 @@ fn parentheses_20_000_deep_are_refused() {
     tank("simulate", &["--set", &format!("A={nested}")]).refused(1, &["E106"]);
 }
 
-/// Bytes that are the same in every run: Knuth's 64-bit congruence.
+/// Reproducible pseudorandom bytes: Knuth's 64-bit linear congruential generator.
 fn random_bytes(seed: u64, n: usize) -> Vec<u8> {
     let mut state = seed;
     let mut next = || {
@@ -471,7 +469,7 @@ fn random_bytes_are_no_model_and_no_data() {
     for seed in 0..20 {
         let mut bytes = random_bytes(seed, 2000);
         if seed % 2 == 1 {
-            // Printable ones get past the decoding of text.
+            // Printable bytes pass the decoding of text.
             for byte in &mut bytes {
                 *byte = b' ' + *byte % 95;
             }
@@ -520,9 +518,10 @@ fn mistakes_are_valid_json() {
 
 #[test]
 fn check_describes_the_model() {
-    let all = dgd(&["check", "models/mud_circulation.dgd", "--format", "json"]).done().json();
+    let description =
+        dgd(&["check", "models/mud_circulation.dgd", "--format", "json"]).done().json();
     let names = |list: &str, key: &str| -> Vec<String> {
-        let entries = all[list].as_array().expect("a list").iter();
+        let entries = description[list].as_array().expect("a list").iter();
         entries.map(|entry| entry[key].as_str().unwrap_or_default().to_owned()).collect()
     };
     assert_eq!(names("inputs", "name"), ["w_ssp", "q_boost", "q_tf"]);
@@ -530,11 +529,11 @@ fn check_describes_the_model() {
     assert_eq!(names("parameters", "name"), ["M_ssp", "c0", "c1", "c2", "F1", "F2"]);
     assert_eq!(names("outputs", "name"), ["p_r", "p_in", "p_out", "q_ssp"]);
     assert_eq!(names("equations", "label"), ["riser", "return_line"]);
-    assert_eq!(all["variants"][0]["choices"], json!(["dynamic", "static"]));
-    assert_eq!(all["inputs"][1]["interpolation"], "linear");
-    assert_eq!(all["outputs"][0]["noise"], 0.01);
+    assert_eq!(description["variants"][0]["choices"], json!(["dynamic", "static"]));
+    assert_eq!(description["inputs"][1]["interpolation"], "linear");
+    assert_eq!(description["outputs"][0]["noise"], 0.01);
 
-    let (c0, c1) = (&all["parameters"][1], &all["parameters"][2]);
+    let (c0, c1) = (&description["parameters"][1], &description["parameters"][2]);
     assert_eq!(c0["value"], 275.0);
     assert_eq!(c0["unit"], "m");
     assert_eq!(c0["bounds"], json!([0.0, null]));
@@ -629,7 +628,7 @@ fn every_stage_is_shown() {
 
 const CIRCULATION: &str = "models/mud_circulation.dgd";
 
-/// A recording made with other parameters than the model's, and with sensor noise.
+/// A recording made with parameters other than the model's, and with sensor noise.
 fn recorded(folder: &TempDir, seed: &str) -> String {
     let data = path(folder, &format!("{seed}.csv"));
     let from = ["--data", "examples/data/circulation.csv", "--noise-seed", seed, "-o", &data];
@@ -653,26 +652,26 @@ fn a_fit_finds_what_a_recording_was_made_with() {
     let result: Value = serde_json::from_str(&result).expect("JSON");
     let number = |value: &Value| value.as_f64().expect("a number");
     for (name, truth) in [("c0", 280.0), ("F2", 1.8e8), ("M_ssp", 1.1e8)] {
-        let found = &result["parameters"][name];
-        // Five standard deviations; the data is simulated and rounded to far less.
-        let (value, std) = (number(&found["value"]), number(&found["std"]));
-        assert!((value - truth).abs() < 5.0 * std, "{name}: {found}");
+        let estimate = &result["parameters"][name];
+        // Five standard deviations; the simulation and rounding errors of the data are far smaller.
+        let (value, std) = (number(&estimate["value"]), number(&estimate["std"]));
+        assert!((value - truth).abs() < 5.0 * std, "{name}: {estimate}");
     }
     assert_eq!(result["parameters"].as_object().expect("an object").len(), 3);
     assert_eq!(result["fixed"]["c2"], json!({ "value": 9000.0, "unit": "s^2/m^5" }));
     let h_r = &result["starts"][0]["values"]["h_r"];
     assert!((number(&h_r["value"]) - 52.0).abs() < 5.0 * number(&h_r["std"]), "{h_r}");
 
-    // The fitted model is the given one with other values, and simulating it gives the errors told.
+    // The fitted model is the given one with other values, and its simulation has the reported residuals.
     let fitted = format!("{goal}/mud_circulation.dgd");
     let text = fs::read_to_string(&fitted).expect("a model");
-    let given = fs::read_to_string(root().join(CIRCULATION)).expect("a model");
-    let changed: Vec<&str> = given
+    let original = fs::read_to_string(root().join(CIRCULATION)).expect("a model");
+    let changed: Vec<&str> = original
         .lines()
         .zip(text.lines())
-        // Values of other lengths move what stands behind them.
-        .filter(|(given, text)| !given.split_whitespace().eq(text.split_whitespace()))
-        .map(|(given, _)| given.split_whitespace().nth(1).expect("a name"))
+        // Values of other lengths shift the text after them.
+        .filter(|(original, text)| !original.split_whitespace().eq(text.split_whitespace()))
+        .map(|(original, _)| original.split_whitespace().nth(1).expect("a name"))
         .collect();
     assert_eq!(changed, ["M_ssp", "c0", "F2", "h_r"]);
     let q_ssp = format!("q_ssp={}", number(&result["starts"][0]["values"]["q_ssp"]["value"]));
@@ -682,9 +681,9 @@ fn a_fit_finds_what_a_recording_was_made_with() {
         let pairs = column(&again.out, header).into_iter().zip(column(&measured, header));
         let squares: Vec<f64> = pairs.map(|(a, b)| (a - b).powi(2)).collect();
         let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-        let told = number(&result["outputs"][name]["rms_train"]);
-        // Ten digits of the parameters are kept, and the simulation is good to 1e-6 of 30 bar.
-        assert!((rms / told - 1.0).abs() < 1e-3, "{name}: {rms} against {told}");
+        let document = number(&result["outputs"][name]["rms_train"]);
+        // The fitted model keeps ten digits of the parameters, and the simulation is accurate to 1e-6 of 30 bar.
+        assert!((rms / document - 1.0).abs() < 1e-3, "{name}: {rms} against {document}");
         let noise = number(&result["outputs"][name]["noise"]);
         let valid = number(&result["outputs"][name]["rms_valid"]);
         assert!((0.8..1.2).contains(&(valid / noise)), "{name}: {valid} against {noise}");
@@ -734,7 +733,7 @@ fn columns_can_be_in_units_that_a_model_declares() {
     for (found, expected) in filled.iter().zip([2.0, 42.0, 62.0]) {
         assert!((found - expected).abs() < 1e-9, "{filled:?}");
     }
-    // A result is the data of another run; values are set in the unit, too.
+    // A result is the data of another run; settings may have a unit as well.
     let set = ["--set", "filled=0.236 [l]"];
     let again = run(&[&["simulate", "pump.dgd", "--data", "out.csv"], &set[..]].concat()).done();
     assert_eq!(column(&again.out, "filled [stroke]"), filled);
@@ -776,13 +775,13 @@ fn replicates_weigh_like_their_mean() {
     };
     let ([all, _], [means, _]) = (fit("single.dgd", "all.csv"), fit("mean.dgd", "means.csv"));
     assert!((all - means).abs() < 1e-6, "{all} {means}");
-    // In rows of one time an input has one value.
+    // Rows at the same time must agree in their inputs.
     let wrong = all_but(&folder);
     dgd_in(folder.path(), &["fit", "single.dgd", "--data", &wrong])
         .refused(1, &["E606", "differ in the input `u`"]);
 }
 
-/// The recording of replicates with another input in one of its rows.
+/// The recording of replicates with a different input in one of its rows.
 fn all_but(folder: &TempDir) -> String {
     let text = fs::read_to_string(folder.path().join("all.csv")).expect("the recording");
     let mut lines: Vec<&str> = text.lines().collect();

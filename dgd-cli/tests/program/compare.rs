@@ -1,4 +1,4 @@
-//! `dgd compare`: criteria worked out by hand from single fits, nested contenders, results, and what is refused.
+//! `dgd compare`: criteria computed from single fits, nested contenders, results, and refusals.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -32,7 +32,7 @@ null g = 1
 replace output y by g*y
 ";
 
-/// Normal numbers by the sum of twelve uniform ones of a multiplicative generator.
+/// Normal numbers as sums of twelve uniform ones from a multiplicative generator.
 struct Noise(u64);
 
 impl Noise {
@@ -45,7 +45,7 @@ impl Noise {
     }
 }
 
-/// A tank of 20 s with a sensor of this gain, read every two seconds with noise of 0.01 bar.
+/// A tank of 20 s with a sensor of this gain, sampled every two seconds with noise of 0.01 bar.
 fn recording(seed: u64, gain: f64) -> String {
     let (mut x, mut noise) = (2.0_f64, Noise(seed));
     let mut text = "time [s],u [1],y [bar]\n".to_owned();
@@ -80,7 +80,7 @@ fn number(value: &Value) -> f64 {
 #[test]
 fn criteria_are_those_of_single_fits() {
     let folder = folder(1.1);
-    let found = compare(&folder, &["m.dgd", "m.dgd+gain"], &["--format", "json"]).done().json();
+    let result = compare(&folder, &["m.dgd", "m.dgd+gain"], &["--format", "json"]).done().json();
     let fit = |apply: &[&str]| {
         let args = ["fit", "m.dgd", "--data", "a.csv", "--valid", "b.csv", "--format", "json"];
         dgd_in(folder.path(), &[&args[..], apply].concat()).done().json()
@@ -89,7 +89,7 @@ fn criteria_are_those_of_single_fits() {
     let mut deviances = Vec::new();
     // tau and x(0), and g; a noise.
     for ((contender, single), estimates) in
-        found["contenders"].as_array().expect("contenders").iter().zip(&singles).zip([3.0, 4.0])
+        result["contenders"].as_array().expect("contenders").iter().zip(&singles).zip([3.0, 4.0])
     {
         assert_eq!(contender["parameters"], single["parameters"]);
         let output = &single["outputs"]["y"];
@@ -103,28 +103,28 @@ fn criteria_are_those_of_single_fits() {
         let valid = &contender["outputs"]["y"]["valid"];
         assert!((number(&valid["rms"]) / number(&output["rms_valid"]) - 1.0).abs() < 0.05);
         let fit_percent = number(&output["quality"]["train"]["fit_percent"]);
-        let own = number(&contender["outputs"]["y"]["train"]["fit_percent"]);
-        assert!((own - fit_percent).abs() < 1e-6, "{own} {fit_percent}");
+        let expected = number(&contender["outputs"]["y"]["train"]["fit_percent"]);
+        assert!((expected - fit_percent).abs() < 1e-6, "{expected} {fit_percent}");
         deviances.push(deviance);
     }
-    let ratio = &found["likelihood_ratios"][0];
+    let ratio = &result["likelihood_ratios"][0];
     assert!((number(&ratio["statistic"]) - (deviances[0] - deviances[1])).abs() < 1e-3);
     assert_eq!(ratio["degrees_of_freedom"], 1);
     assert!(number(&ratio["p_value"]) < 1e-12, "{ratio}");
     for by in ["aic", "bic", "valid"] {
-        assert_eq!(found["least"][by], "m.dgd+gain", "{by}");
+        assert_eq!(result["least"][by], "m.dgd+gain", "{by}");
     }
 }
 
 #[test]
 fn what_is_not_there_does_not_pay() {
-    // Without a gain the larger model is better by chance alone, and the criteria charge for it.
+    // Without a gain the larger model is better by chance only, and the criteria penalise it.
     let folder = folder(1.0);
-    let found = compare(&folder, &["m.dgd+gain", "m.dgd"], &["--format", "json"]).done().json();
-    let ratio = &found["likelihood_ratios"][0];
+    let result = compare(&folder, &["m.dgd+gain", "m.dgd"], &["--format", "json"]).done().json();
+    let ratio = &result["likelihood_ratios"][0];
     assert_eq!((&ratio["null"], &ratio["alternative"]), (&"m.dgd".into(), &"m.dgd+gain".into()));
     assert!(number(&ratio["statistic"]) >= -1e-6 && number(&ratio["p_value"]) > 0.001, "{ratio}");
-    assert_eq!(found["least"]["bic"], "m.dgd");
+    assert_eq!(result["least"]["bic"], "m.dgd");
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn variants_and_results_are_contenders_with_text_page_and_picture() {
     assert!(!run.out.contains("special case"), "variants are not nested");
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect(name);
     let result: Value = serde_json::from_str(&read("out/result.json")).expect("JSON");
-    // What was fitted with the fast variant is slower by as much: both are one model.
+    // The fitted fast variant is slower by the same factor: both are one model.
     let tau = |k: usize| number(&result["contenders"][k]["parameters"]["tau"]["value"]);
     assert!((tau(0) / tau(1) - 10.0).abs() < 0.01, "{} {}", tau(0), tau(1));
     assert_eq!(result["contenders"][2]["model"], "fitted/m.dgd");
@@ -152,7 +152,7 @@ fn variants_and_results_are_contenders_with_text_page_and_picture() {
     assert!(nested.out.contains("`m.dgd` is a special case of `fitted`"), "{}", nested.out);
 }
 
-/// An effect without a value where x is positive, as it always is.
+/// An effect that is undefined for positive x, and x is always positive.
 const BROKEN: &str = "\
 /// The sensor reads a root that is not there.
 effect broken on tank
@@ -179,15 +179,15 @@ fn one_that_fails_has_a_row_that_says_why() {
     assert!(run.out.contains("errors over those of B"), "{}", run.out);
     assert!(run.out.contains("`m.dgd` is a special case of `m.dgd+gain`"), "{}", run.out);
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect(name);
-    let found: Value = serde_json::from_str(&read("out/result.json")).expect("JSON");
-    assert_eq!(found["failed"][0]["name"], "m.dgd+broken");
-    assert!(found["failed"][0]["reason"].as_str().is_some_and(|why| why.contains("simulated")));
+    let result: Value = serde_json::from_str(&read("out/result.json")).expect("JSON");
+    assert_eq!(result["failed"][0]["name"], "m.dgd+broken");
+    assert!(result["failed"][0]["reason"].as_str().is_some_and(|why| why.contains("simulated")));
     assert!(read("out/report.html").contains("failed: the model cannot be simulated"));
-    // The others are what they are without it.
+    // The others do not depend on it.
     let alone = compare(&folder, &contenders[1..], &["--format", "json"]).done().json();
-    assert_eq!(found["contenders"], alone["contenders"]);
+    assert_eq!(result["contenders"], alone["contenders"]);
     assert_eq!(alone["failed"], Value::Array(Vec::new()));
-    // Where none can be fitted, the first says why.
+    // If none can be fitted, the error of the first is reported.
     let twice = BROKEN.replace("broken", "worse");
     fs::write(folder.path().join("effects/worse.dgd"), twice).expect("an effect");
     compare(&folder, &["m.dgd+broken", "m.dgd+worse"], &[])
@@ -198,12 +198,12 @@ fn one_that_fails_has_a_row_that_says_why() {
 fn values_are_set_in_the_contenders_that_have_them() {
     let folder = folder(1.1);
     let fixed = ["--set", "tau=20", "--set", "g=1.1", "--fix", "tau", "--format", "json"];
-    let found = compare(&folder, &["m.dgd", "m.dgd+gain"], &fixed).done().json();
-    let (first, second) = (&found["contenders"][0], &found["contenders"][1]);
+    let result = compare(&folder, &["m.dgd", "m.dgd+gain"], &fixed).done().json();
+    let (first, second) = (&result["contenders"][0], &result["contenders"][1]);
     assert_eq!(first["parameters"], serde_json::json!({}), "nothing but a start value");
     let gain = &second["parameters"]["g"];
     assert!((number(&gain["value"]) - 1.1).abs() < 4.0 * number(&gain["std"]), "{gain}");
-    // Only a start value, or that and a gain; and a noise.
+    // Only an initial value, or that and a gain; and a noise.
     assert_eq!((number(&first["estimates"]), number(&second["estimates"])), (2.0, 3.0));
     compare(&folder, &["m.dgd", "m.dgd+gain"], &["--set", "h=2"]).refused(1, &["`h`"]);
 }

@@ -1,11 +1,11 @@
-//! Linear models at steady states that have others next to them.
+//! Linear models at steady states that are not isolated.
 
 use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::support::{Run, dgd, folder_with, path};
 
-/// A closed loop of two tanks, of 2 and 3 m².
+/// A closed loop of two tanks with areas of 2 and 3 m².
 const LOOP: &str = "\
 model loop
 parameter k [m^2/s] = 0.06
@@ -56,7 +56,7 @@ fn a_closed_loop_rests_with_the_volume_that_it_has() {
         assert_close(state(&result, "h_1"), volume / 5.0, 1e-12);
         assert_close(state(&result, "h_2"), volume / 5.0, 1e-12);
         let [held] = result["conserved"].as_array().expect("a list").as_slice() else { panic!() };
-        // The volume over the area of the tank that names it.
+        // The volume over the area of the tank that names the combination.
         let (c_1, c_2) = (coefficient(held, "h_1"), coefficient(held, "h_2"));
         assert!((c_1 == 1.0 || c_2 == 1.0) && (c_1 / c_2 * 1.5 - 1.0).abs() < 1e-14, "{held}");
         assert_close(number(&held["value"]), volume * c_1 / 2.0, 1e-12);
@@ -64,7 +64,7 @@ fn a_closed_loop_rests_with_the_volume_that_it_has() {
             (&held["output"], &held["linear"], &held["whatever_inputs"]),
             (&"volume".into(), &true.into(), &true.into())
         );
-        // −k (1/2 + 1/3), and zero to the bit.
+        // −k (1/2 + 1/3), and exactly zero.
         assert_eq!(number(&result["poles"][0]["re"]), 0.0);
         assert_close(number(&result["poles"][1]["re"]), -0.05, 1e-15);
         assert_eq!((&result["stable"], &result["stable_otherwise"]), (&Value::Null, &true.into()));
@@ -73,9 +73,9 @@ fn a_closed_loop_rests_with_the_volume_that_it_has() {
     for part in ["conserved: h_2 + 0.666667 * h_1", "`volume`, 17.0000 m^3", "conserved (h_2)"] {
         assert!(text.contains(part), "{part} in {text}");
     }
-    // At a time of a run nothing is held.
-    let at = dgd(&["linearize", &path(&folder, "model.dgd"), "--at", "9"]).done().out;
-    assert!(at.contains("integrates") && !at.contains("conserved"), "{at}");
+    // At a time of a run nothing is conserved.
+    let position = dgd(&["linearize", &path(&folder, "model.dgd"), "--at", "9"]).done().out;
+    assert!(position.contains("integrates") && !position.contains("conserved"), "{position}");
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn the_full_well_keeps_its_mud() {
     };
     assert_eq!((&held["named_by"], &held["output"]), (&"pit".into(), &"mud".into()));
     assert_eq!(held["whatever_inputs"], true);
-    // From the sizes in the model files: cross-sections of riser and lines, and V/β per bar.
+    // From the dimensions in the model files: cross-sections of riser and lines, and V/β per bar.
     let inch = 0.0254_f64;
     let area = |d: f64| std::f64::consts::FRAC_PI_4 * (d * inch).powi(2);
     assert_close(coefficient(held, "riser.h"), -(area(19.75) - area(5.0)), 1e-12);
@@ -97,14 +97,14 @@ fn the_full_well_keeps_its_mud() {
     assert_close(coefficient(held, "booster.p"), 0.0103 * 340.0 / 15000.0, 1e-12);
     assert_eq!(held["terms"].as_array().map(Vec::len), Some(4));
     assert_close(number(&held["value"]), number(&held["at_start"]), 1e-9);
-    // The level that the controller wants, and mud for mud through the return line.
+    // The set point of the level, and equal mud flow through the return line.
     assert_close(state(&result, "riser.h"), 50.0, 1e-4);
     assert_close(state(&result, "line.q"), 3100.0 / 60_000.0, 1e-9);
     assert_eq!(number(&result["poles"][0]["re"]), 0.0);
     let others = result["poles"].as_array().expect("poles").iter().skip(1);
     assert!(others.into_iter().all(|pole| number(&pole["re"]) < 0.0), "{}", result["poles"]);
 
-    // Pumped into, the pit's level moves as far as the riser takes mud: the steady state is another one.
+    // Additional mud in the pit raises its level by that amount: the steady state moves.
     let other = dgd(&[&args[..], &["--set", "pit=7", "--format", "json"]].concat()).done().json();
     assert_close(state(&other, "pit"), state(&result, "pit") + 7.0, 1e-9);
 }
@@ -132,7 +132,7 @@ output h [m]
     let moving = folder(tank, "time [s],q_in [m^3/s]\n0,0.1\n");
     let run = steady(&moving, &["--data", &path(&moving, "data.csv")]);
     run.refused(3, &["no steady state", "`filled` changes by 0.1 m^3/s", "`meter`"]);
-    // A loop that is filled has none either, and its volume says so: 0.3/3 m of `h_2` a second.
+    // A loop that is being filled has no steady state either, as its volume shows: 0.3/3 m of `h_2` per second.
     let filled = LOOP
         .replace("= 0.06\n", "= 0.06\ninput q_in [m^3/s] hold\n")
         .replace("= -q\n", "= q_in - q\n");
@@ -143,7 +143,7 @@ output h [m]
 
 #[test]
 fn volume_in_tanks_that_widen_is_not_linear_and_kept_all_the_same() {
-    // The second tank has (3 + h) m² at a level of h: V = 2 h₁ + 3 h₂ + h₂²/2.
+    // The second tank has an area of (3 + h) m² at level h: V = 2 h₁ + 3 h₂ + h₂²/2.
     let widening = LOOP
         .replace("3 [m^2]*der(h_2) = q", "(3 [m^2] + 1 [m]*h_2)*der(h_2) = q")
         .replace("3 [m^2]*h_2", "3 [m^2]*h_2 + 0.5 [m]*h_2^2");
@@ -153,16 +153,16 @@ fn volume_in_tanks_that_widen_is_not_linear_and_kept_all_the_same() {
     let h = -5.0 + (25.0_f64 + 59.0).sqrt();
     assert_close(state(&result, "h_1"), h, 1e-6);
     assert_close(state(&result, "h_2"), h, 1e-6);
-    let held = &result["conserved"][0];
-    assert_eq!((&held["linear"], &held["output"]), (&false.into(), &"volume".into()));
-    assert_close(coefficient(held, "h_1"), 2.0 / (3.0 + h), 1e-6);
+    let conserved = &result["conserved"][0];
+    assert_eq!((&conserved["linear"], &conserved["output"]), (&false.into(), &"volume".into()));
+    assert_close(coefficient(conserved, "h_1"), 2.0 / (3.0 + h), 1e-6);
     let text = steady(&folder, &[]).done().out;
     assert!(text.contains("not linear in the states"), "{text}");
 }
 
 #[test]
 fn modes_on_the_way_may_lose_some() {
-    // Down to 4 m the second tank spills.
+    // The second tank spills down to 4 m.
     let spilling = LOOP.replace(
         "equation two: 3 [m^2]*der(h_2) = q\n",
         "modes top {\n  spilling { equation two: 3 [m^2]*der(h_2) = q - 0.05 [m^2/s]*(h_2 - 2 [m]) }\n  \
@@ -171,8 +171,8 @@ fn modes_on_the_way_may_lose_some() {
     );
     let folder = folder(&spilling, "time [s]\n0\n2000\n");
     let result = steady(&folder, &["--format", "json"]).done().json();
-    let held = &result["conserved"][0];
-    assert!(number(&held["value"]) < number(&held["at_start"]) - 0.1, "{held}");
+    let conserved = &result["conserved"][0];
+    assert!(number(&conserved["value"]) < number(&conserved["at_start"]) - 0.1, "{conserved}");
     let model = path(&folder, "model.dgd");
     let args = ["simulate", &model, "--until", "2000", "--every", "2000", "--rtol", "1e-9"];
     let run = dgd(&[&args[..], &["--format", "json"]].concat()).done().json();

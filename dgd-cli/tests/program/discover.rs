@@ -1,4 +1,4 @@
-//! `dgd discover`: what it writes, and what it refuses.
+//! `dgd discover`: its files, and its refusals.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -54,8 +54,8 @@ fn a_discovery_writes_what_it_found() {
     page_is_whole(&written[2], &goal);
 }
 
-/// What is found in the first 700 s, said quietly and in the place of an older result: standard output
-/// and error, and the result. Once for all tests that look at it.
+/// The discovery in the first 700 s, run quietly over an older result: standard output and error, and the result. Run
+/// once for all tests that use it.
 fn short_one() -> &'static (Run, Value) {
     static FOUND: OnceLock<(Run, Value)> = OnceLock::new();
     FOUND.get_or_init(|| {
@@ -83,7 +83,7 @@ fn result_is_right(result: &Value) {
     assert_eq!(effect["alternatives"], json!([]));
     assert_eq!(effect["told_apart_by"], Value::Null);
 
-    // As the recording's truth has them, to ten seconds: a window fades out.
+    // The windows equal the true ones to ten seconds, because a window fades out.
     let windows = effect["windows"].as_array().expect("a list");
     let truth = [[384.0, 529.0], [804.0, 841.0], [1936.0, 2079.0], [2362.0, 2401.0]];
     assert_eq!(windows.len(), truth.len(), "{windows:?}");
@@ -107,7 +107,7 @@ fn result_is_right(result: &Value) {
     let friction = &effect["parameters"]["F_b"];
     assert_eq!(friction["unit"], "Pa*s/m^3");
     assert!(number(&friction["std"]) < 0.02 * number(&friction["value"]));
-    // The rig's, with an inertia of the line that is 20 % off the effect's.
+    // The true value, with an inertia of the line that differs by 20 % from the effect's.
     assert!((number(&friction["value"]) / 6.8148e7 - 1.0).abs() < 0.03, "{friction}");
 
     let evidence = &effect["evidence"];
@@ -127,7 +127,7 @@ fn result_is_right(result: &Value) {
     ] {
         let gap = &gap[output];
         assert_eq!(gap["unit"], unit);
-        // 2700 samples know the noise to 1.5 %.
+        // 2700 samples determine the noise to 1.5 %.
         let estimated = number(&gap["noise"]);
         assert!((estimated / noise - 1.0).abs() < 0.06, "{output}: {estimated}");
         for part in ["train", "valid"] {
@@ -140,7 +140,7 @@ fn result_is_right(result: &Value) {
     assert_eq!(gap.len(), 4);
 }
 
-/// The corrected model checks, is laid out, and simulates without the library beside it.
+/// The corrected model checks, is formatted, and simulates without the library.
 fn model_stands_by_itself(folder: &Path) {
     let check = dgd_in(folder, &["check", "mud_circulation.dgd"]).done();
     assert!(check.err.contains("modes booster_line"), "{}", check.err);
@@ -149,23 +149,23 @@ fn model_stands_by_itself(folder: &Path) {
     let args = ["simulate", "mud_circulation.dgd", "--data", &data, "--until", "60"];
     dgd_in(folder, &args).done();
 
-    // Fitted again, it has its own numbers.
-    let found: Value = serde_json::from_str(&read(folder, "result.json")).expect("JSON");
+    // A new fit gives its own numbers.
+    let result: Value = serde_json::from_str(&read(folder, "result.json")).expect("JSON");
     let args = ["fit", "mud_circulation.dgd", "--data", &data, "--format", "json"];
     let refitted = dgd_in(folder, &args).done().json();
     let refitted = refitted["parameters"].as_object().expect("an object");
     assert_eq!(refitted.len(), 5, "{refitted:?}");
     for (name, refitted) in refitted {
-        let (found, again) = (&found["parameters"][name]["value"], number(&refitted["value"]));
-        assert!((again / number(found) - 1.0).abs() < 1e-6, "{name}: {found}, then {again}");
+        let (result, again) = (&result["parameters"][name]["value"], number(&refitted["value"]));
+        assert!((again / number(result) - 1.0).abs() < 1e-6, "{name}: {result}, then {again}");
     }
 }
 
-/// A text with a unified diff applied, which must fit to the letter.
+/// A text with a unified diff applied, which must match exactly.
 fn patched(base: &str, diff: &str) -> String {
     let base: Vec<&str> = base.split_inclusive('\n').collect();
     let mut text = String::new();
-    let mut at = 0;
+    let mut position = 0;
     for line in diff.split_inclusive('\n').skip(2) {
         let (mark, content) = line.split_at(1);
         match mark {
@@ -173,20 +173,20 @@ fn patched(base: &str, diff: &str) -> String {
                 // @@ -FIRST,LENGTH +FIRST,LENGTH @@
                 let first = content.split(['-', ',']).nth(1).expect("where the hunk begins");
                 let begins = first.parse::<usize>().expect("a number") - 1;
-                text.extend(base[at..begins].iter().copied());
-                at = begins;
+                text.extend(base[position..begins].iter().copied());
+                position = begins;
             }
             "+" => text.push_str(content),
             _ => {
-                assert_eq!(base[at], content);
-                at += 1;
+                assert_eq!(base[position], content);
+                position += 1;
                 if mark == " " {
                     text.push_str(content);
                 }
             }
         }
     }
-    text.extend(base[at..].iter().copied());
+    text.extend(base[position..].iter().copied());
     text
 }
 
@@ -209,10 +209,10 @@ fn page_is_whole(page: &str, goal: &str) {
     ] {
         assert!(page.contains(part), "no {part:?}");
     }
-    // Measured, errors and missing terms, of two recordings.
+    // Measurements, residuals and missing terms of two recordings.
     assert!(page.matches("<svg").count() >= 5);
     assert_eq!(page.matches("<svg").count(), page.matches("</svg>").count());
-    // It needs nothing but a browser, and runs its own script alone.
+    // The page is self-contained, and runs only its own script.
     assert_eq!(page.matches("<script").count(), 2, "one of numbers, one of code");
     let (_, page) = page.split_once("<body>").expect("a body");
     let (page, _) = page.split_once("</main>").expect("its contents end");
@@ -255,7 +255,7 @@ fn with_its_effect_applied_nothing_is_missing() {
     assert!((friction / 6.8148e7 - 1.0).abs() < 0.05, "{friction}");
 }
 
-/// What is found where an effect was hidden in the model's own simulation, with noise.
+/// The discovery of an effect hidden in a simulation of the model itself, with noise.
 fn found_in_own(inputs: &str, hide: &[&str], base: &[&str]) -> Value {
     let folder = folder_with(&[]);
     let data = path(&folder, "hidden.csv");
@@ -273,7 +273,7 @@ fn each_form_of_u_tubing_is_told_from_the_others() {
         ("delay_and_integrator", &[("tau_d", 30.0), ("tau_b", 10.0), ("theta_i", 0.05)]),
     ];
     for (form, truth) in forms {
-        // The riser is 200 m deep, and the base model's pump a little weaker than the true one.
+        // The riser is 200 m deep, and the base model's pump is slightly weaker than the true one.
         let form_of_it = format!("booster_u_tubing/{form}");
         let hide = ["--apply", &form_of_it, "--set", "c0=400", "--set", "h_r=200"];
         let result = found_in_own("examples/data/case_2.csv", &hide, &["--set", "c0=390"]);
@@ -283,8 +283,8 @@ fn each_form_of_u_tubing_is_told_from_the_others() {
         assert_eq!((&effect["name"], &effect["form"]), (&json!("booster_u_tubing"), &json!(form)));
         assert_eq!(effect["alternatives"], json!([]));
         for (name, truth) in truth {
-            let found = &effect["parameters"][name];
-            let (value, std) = (number(&found["value"]), number(&found["std"]));
+            let estimate = &effect["parameters"][name];
+            let (value, std) = (number(&estimate["value"]), number(&estimate["std"]));
             assert!((value - truth).abs() < 4.0 * std, "{form}: {name} = {value} ± {std}");
             assert!(std < 0.05 * truth, "{form}: {name} is known to {std} only");
         }
@@ -293,7 +293,7 @@ fn each_form_of_u_tubing_is_told_from_the_others() {
 
 #[test]
 fn friction_of_higher_order_is_found_alone() {
-    // The second's terms nearly cancel each other, and the screen promises too much of them.
+    // The terms of the second effect nearly cancel, and the screen overestimates it.
     for (f3, f4) in [(3e9, 0.0), (-2e9, 8e10)] {
         let (f3_set, f4_set) = (format!("F3={f3}"), format!("F4={f4}"));
         let hide = ["--apply", "friction_higher_order", "--set", &f3_set, "--set", &f4_set];
@@ -303,8 +303,8 @@ fn friction_of_higher_order_is_found_alone() {
         };
         assert_eq!(effect["name"], "friction_higher_order");
         for (name, truth) in [("F3", f3), ("F4", f4)] {
-            let found = &effect["parameters"][name];
-            let (value, std) = (number(&found["value"]), number(&found["std"]));
+            let estimate = &effect["parameters"][name];
+            let (value, std) = (number(&estimate["value"]), number(&estimate["std"]));
             assert!((value - truth).abs() < 4.0 * std, "{name} = {value} ± {std}, not {truth}");
         }
     }
@@ -329,9 +329,9 @@ fn without_effects_only_the_verdict_is_left() {
     fs::remove_dir(&empty).expect("the folder");
     assert_eq!(listing(&folder), ["mud_circulation.dgd"]);
 
-    // With the library named, it is as if it lay beside the model.
+    // A library that is named counts like one beside the model.
     let library = root().join("models/effects").display().to_string();
-    let found = dgd(&[
+    let result = dgd(&[
         "discover",
         &alone,
         "--data",
@@ -343,7 +343,7 @@ fn without_effects_only_the_verdict_is_left() {
         "--format",
         "json",
     ]);
-    assert_eq!(found.done().json()["effects"], short_one().1["effects"]);
+    assert_eq!(result.done().json()["effects"], short_one().1["effects"]);
 }
 
 #[test]
@@ -375,7 +375,7 @@ fn an_effect_reads_a_column_that_the_model_does_not_or_is_left_out() {
     let effect =
         b"effect heat on tank\nkind plant\n\nparameter by_T [m/(s*K)] = 0\nnull by_T = 0\n\n\
                    add by_T*(T - 20 [degC]) to level\n";
-    // Exact steps of ḣ = q − a h + 0.002 (T − 20), and noise of some millimetres.
+    // Exact steps of ḣ = q − a h + 0.002 (T − 20), with a noise of a few millimetres.
     let (mut with, mut without) =
         ("time [s],q [m^3/s],T [degC],h [m]\n".to_owned(), "time [s],q [m^3/s],h [m]\n".to_owned());
     let mut h = 1.0;
@@ -395,8 +395,8 @@ fn an_effect_reads_a_column_that_the_model_does_not_or_is_left_out() {
         ("with.csv", with.as_bytes()),
         ("without.csv", without.as_bytes()),
     ]);
-    let own = folder_with(&[("heat.dgd", effect)]);
-    let effects = own.path().display().to_string();
+    let library = folder_with(&[("heat.dgd", effect)]);
+    let effects = library.path().display().to_string();
     for model in ["unread.dgd", "other.dgd"] {
         let model = path(&folder, model);
         let run = |data: &str| {
@@ -404,12 +404,12 @@ fn an_effect_reads_a_column_that_the_model_does_not_or_is_left_out() {
             let args = ["discover", &model, "--data", &data, "--effects", &effects];
             dgd(&[&args[..], &["--format", "json"]].concat()).done().json()
         };
-        let found = run("with.csv");
-        assert_eq!(found["effects"][0]["name"], "heat", "{}", found["reason"]);
-        let size = number(&found["effects"][0]["parameters"]["by_T"]["value"]);
+        let result = run("with.csv");
+        assert_eq!(result["effects"][0]["name"], "heat", "{}", result["reason"]);
+        let size = number(&result["effects"][0]["parameters"]["by_T"]["value"]);
         assert!((size / 0.002 - 1.0).abs() < 0.05, "{size}");
-        let said = found["reservations"].as_array().expect("a list");
-        let [only] = said.as_slice() else { panic!("{said:?}") };
+        let text = result["reservations"].as_array().expect("a list");
+        let [only] = text.as_slice() else { panic!("{text:?}") };
         assert!(only.as_str().is_some_and(|words| words.contains("no validation data")), "{only}");
         let left = run("without.csv");
         let words = left["reservations"][0].as_str().expect("words");
@@ -421,7 +421,7 @@ fn an_effect_reads_a_column_that_the_model_does_not_or_is_left_out() {
     }
 }
 
-/// Three hours of a cell whose voltmeter drifts.
+/// Three hours of a cell with a drifting voltmeter.
 fn cell(seed: u64) -> String {
     let mut state = seed;
     let mut uniform = || {
@@ -466,24 +466,26 @@ fn a_model_whose_start_values_are_all_fixed_is_examined() {
     let [model, train, valid] =
         ["cell.dgd", "train.csv", "valid.csv"].map(|name| path(&folder, name));
     let args = ["discover", &model, "--data", &train, "--valid", &valid, "--format", "json"];
-    let found = dgd(&args).done().json();
-    // The drift hides in the model's parameters on the training data, and shows on the validation data. To the voltage, a
-    // constant current is the same.
-    assert_eq!(found["verdict"], "unexplained", "{}", found["reason"]);
-    let [law, .., drift] = &found["rivals"].as_array().expect("rivals")[..] else {
-        panic!("{}", found["rivals"])
+    let result = dgd(&args).done().json();
+    // The drift hides in the model's parameters on the training data, and shows on the validation data. For the
+    // voltage, a constant current is equivalent.
+    assert_eq!(result["verdict"], "unexplained", "{}", result["reason"]);
+    let [law, .., drift] = &result["rivals"].as_array().expect("rivals")[..] else {
+        panic!("{}", result["rivals"])
     };
     assert_eq!(law["terms"][0]["target"], "charge", "{law}");
     assert_eq!(drift["effects"][0], "sensor_drift(v)", "{drift}");
     assert_eq!(drift["told_apart_by"], "a second sensor of `v`");
-    assert!(number(&found["gap"]["v"]["valid_before"]) > 2.0 * number(&found["gap"]["v"]["noise"]));
+    assert!(
+        number(&result["gap"]["v"]["valid_before"]) > 2.0 * number(&result["gap"]["v"]["noise"])
+    );
 }
 
 #[test]
 fn what_recordings_cannot_tell_is_said() {
     let model = "model tank\n\ninput q [m^3/s] hold\n\nparameter a [1/s] = 0.1  in 0 .. 10\n\n\
                  state h [m] = 1\n\nequation level: der(h) = q/(1 [m^2]) - a*h\n\noutput h [m]\n";
-    // Rises where the model falls to rest, in steps that look like noise.
+    // The output rises where the model settles, in steps that look like noise.
     let rows = |n: usize, q: fn(usize) -> f64, h: fn(f64) -> f64| {
         let mut text = "time [s],q [m^3/s],h [m]\n".to_owned();
         for k in 0..n {
@@ -508,11 +510,11 @@ fn what_recordings_cannot_tell_is_said() {
         let (model, data) = (path("tank.dgd"), path(data));
         dgd(&[&["discover", &model, "--data", &data], more].concat()).done()
     };
-    // So few samples pass all tests that are made of them but that of their size.
+    // So few samples pass every test except that of the size of their residuals.
     let short = run("few.csv", &["--format", "json"]).json();
     assert_ne!(short["verdict"], "sufficient", "{short}");
-    let said = run("few.csv", &[]).out;
-    assert!(said.contains("But no recording has more than 20 samples of an output"), "{said}");
+    let text = run("few.csv", &[]).out;
+    assert!(text.contains("But no recording has more than 20 samples of an output"), "{text}");
 
     let valid = path("again.csv");
     let run = run("settled.csv", &["--valid", &valid, "--format", "json"]).json();
@@ -545,7 +547,7 @@ fn the_story_of_the_thesis_is_found_in_the_stand_in_for_its_recordings() {
     let model = root().join(MODEL).display().to_string();
     let args = ["discover", &model, "--data", &train, "--valid", &valid, "--format", "json"];
     let story = dgd(&args).done().json();
-    // The rig is richer than the model with all of them: something smaller is left over, and said.
+    // The rig is richer than the model with all effects: something smaller is left over and reported.
     assert_eq!(story["verdict"], "effects", "{}", story["reason"]);
     let names: Vec<&str> = (story["effects"].as_array().expect("a list").iter())
         .map(|effect| effect["name"].as_str().expect("a name"))
@@ -556,7 +558,7 @@ fn the_story_of_the_thesis_is_found_in_the_stand_in_for_its_recordings() {
     let value = |effect: usize, name: &str| {
         story["effects"][effect]["parameters"][name]["value"].as_f64().expect("a number")
     };
-    // 1/0.951 and 2.2, bent a little by what is left over.
+    // 1/0.951 and 2.2, slightly biased by the remaining error.
     assert!((value(1, "flow_gain") - 1.0 / 0.951).abs() < 0.01, "{}", value(1, "flow_gain"));
     let exponent = value(2, "speed_exponent");
     assert!((exponent - 2.2).abs() < 0.05, "{exponent}");
@@ -590,7 +592,7 @@ fn ctrl_c_says_how_to_go_on_and_other_input_does_not() {
     run.refused(130, &["the same command with `--resume` continues"]);
     assert_eq!(listing(&parent), [".found.dgd-journal"]);
 
-    // Less of the recording is other input.
+    // A shorter part of the recording is another input.
     let resumed = discover(&["-o", &goal, "--until", "60", "--resume"]);
     assert!(resumed.err.contains("it belongs to another model, other data"), "{}", resumed.err);
     let resumed = discover(&["-o", &goal, "--until", "60", "--resume"]);

@@ -1,4 +1,4 @@
-//! Effects on the command line: `--apply`, and `dgd check` of an effect's file.
+//! Effects on the command line: `--apply`, and `dgd check` of an effect file.
 
 use std::fs;
 
@@ -70,10 +70,10 @@ fn a_fit_estimates_what_an_effect_brings() {
     let result = fs::read_to_string(format!("{goal}/result.json")).expect("a result");
     let result: Value = serde_json::from_str(&result).expect("JSON");
     let friction = result["parameters"]["F_b"]["value"].as_f64().expect("a number");
-    // The rig's, with an inertia of the line that is 20 % off the effect's.
+    // The true value, with an inertia of the line that differs by 20 % from the effect's.
     assert!((friction / 6.8148e7 - 1.0).abs() < 0.05, "{friction}");
 
-    // The fitted model has the effect in it, and needs nothing beside it.
+    // The fitted model contains the effect and needs no library.
     let fitted = format!("{goal}/mud_circulation.dgd");
     let again = dgd(&["simulate", &fitted, "--data", DATA, "--until", "700"]).done().out;
     assert!(column(&again, "h_b [m]")[450] > 5.0);
@@ -121,7 +121,7 @@ fn a_family_of_several_forms_wants_one_named() {
         dgd(&[&args[..], more].concat())
     };
     level(&["--apply", "leak"]).refused(1, &["several forms", "leak/fast", "leak/slow"]);
-    // Constant slopes: every method has them exactly, to rounding.
+    // Constant slopes: every method is exact up to rounding.
     for (form, end) in [("slow", 0.0), ("fast", -1.0)] {
         let out = level(&["--apply", &format!("leak/{form}")]).done().out;
         let h = *column(&out, "h [m]").last().expect("rows");
@@ -141,7 +141,7 @@ fn the_file_of_an_effect_is_checked_with_its_model() {
     let alone = check("models/effects/pressure_sensor_offset.dgd").done();
     assert!(alone.err.contains("sound by itself"), "{}", alone.err);
 
-    // A flow is added to a level.
+    // The effect adds a flow to a level, which is an error.
     let model = fs::read(root().join(MODEL)).expect("the model");
     let wrong = b"effect leak on mud_circulation\nkind plant\n\nparameter leak_level [m] = 0\n\
                   null leak_level = 0\n\nadd leak_level to riser\n";

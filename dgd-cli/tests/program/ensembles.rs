@@ -6,16 +6,16 @@ use crate::support::{column, dgd, dgd_in, folder_with, path};
 
 const TANK: &str = "tests/golden/data/model.dgd";
 const DATA: &str = "tests/golden/data/good.csv";
-/// The second leaves h to the model, the third k.
+/// The second set leaves h to the model, the third k.
 const SETS: &[u8] = b"k [1],h [mm]\n1,1000\n1.5,\n,1200\n0.5,900\n";
 
 #[test]
 fn each_set_gives_what_a_run_with_its_values_gives() {
     let folder = folder_with(&[("sets.csv", SETS)]);
     let sets = path(&folder, "sets.csv");
-    let all = dgd(&["simulate", TANK, "--data", DATA, "--ensemble", &sets]).done().out;
-    let header = all.lines().next().expect("a header");
-    let numbers = column(&all, "set [1]");
+    let entries = dgd(&["simulate", TANK, "--data", DATA, "--ensemble", &sets]).done().out;
+    let header = entries.lines().next().expect("a header");
+    let numbers = column(&entries, "set [1]");
     for (number, settings) in
         [vec!["k=1", "h=1"], vec!["k=1.5"], vec!["h=1.2"], vec!["k=0.5", "h=0.9"]]
             .iter()
@@ -29,7 +29,7 @@ fn each_set_gives_what_a_run_with_its_values_gives() {
         let rows: Vec<usize> =
             (0..numbers.len()).filter(|k| numbers[*k] == number as f64 + 1.0).collect();
         for name in single.split(',') {
-            let (of_set, alone) = (column(&all, name), column(&one, name));
+            let (of_set, alone) = (column(&entries, name), column(&one, name));
             assert_eq!(rows.len(), alone.len());
             for (row, alone) in rows.iter().zip(alone) {
                 // Both within a few rtol = 1e-6 of the solution.
@@ -64,17 +64,17 @@ fn programs_are_told_the_same() {
     let sets = path(&folder, "sets.csv");
     let words = ["simulate", TANK, "--data", DATA, "--ensemble", &sets];
     let table = dgd(&words).done().out;
-    let told = dgd(&[&words[..], &["--format", "json"]].concat()).done().json();
-    assert_eq!(told["sets"], 4);
-    assert_eq!(told["failed"], serde_json::json!([]));
-    let h = told["columns"].as_array().expect("columns").iter().find(|c| c["name"] == "h");
+    let document = dgd(&[&words[..], &["--format", "json"]].concat()).done().json();
+    assert_eq!(document["sets"], 4);
+    assert_eq!(document["failed"], serde_json::json!([]));
+    let h = document["columns"].as_array().expect("columns").iter().find(|c| c["name"] == "h");
     let h: Vec<f64> =
         serde_json::from_value(h.expect("a state")["values"].clone()).expect("numbers");
-    // The reader of JSON rounds the last bit otherwise.
-    for (told, written) in h.iter().zip(column(&table, "h [m]")) {
-        assert!((told - written).abs() <= 2.0 * f64::EPSILON * written.abs());
+    // The JSON reader may round the last bit differently.
+    for (document, written) in h.iter().zip(column(&table, "h [m]")) {
+        assert!((document - written).abs() <= 2.0 * f64::EPSILON * written.abs());
     }
-    assert_eq!(told["set"].as_array().map(Vec::len), Some(h.len()));
+    assert_eq!(document["set"].as_array().map(Vec::len), Some(h.len()));
 }
 
 #[test]
@@ -87,8 +87,8 @@ fn sets_that_fail_are_named_and_the_others_written() {
     let run = dgd_in(folder.path(), &words);
     run.refused(3, &["1 of 3 sets", "set 2", "x"]);
     assert_eq!(column(&run.out, "set [1]"), [1.0, 1.0, 1.0, 3.0, 3.0, 3.0]);
-    let told = dgd_in(folder.path(), &[&words[..], &["--format", "json"]].concat());
-    assert_eq!(told.json()["failed"][0]["set"], 2);
+    let document = dgd_in(folder.path(), &[&words[..], &["--format", "json"]].concat());
+    assert_eq!(document.json()["failed"][0]["set"], 2);
 }
 
 #[test]

@@ -1,6 +1,5 @@
-//! What a user is told when a run cannot be finished, and what is kept of it: equation and variable by
-//! their names, the time, exit code 3, and the rows up to there;
-//! and what Ctrl-C leaves.
+//! Messages for runs that cannot be finished, and their partial results: equation and variable by name, the time, exit
+//! code 3, and the rows up to there; and the state after Ctrl-C.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -37,7 +36,7 @@ fn a_start_that_is_impossible_names_equation_and_unknown() {
     run(text, &[]).refused(3, &["start value of `x`", "t = 0 s", "not finite"]);
 }
 
-/// s falls to zero at 1.5 s, from where on its root is none.
+/// s falls to zero at 1.5 s; its root is undefined afterwards.
 const ROOT: &str = "
 state s [cm] = 150
 state v [m^(1/2)*s] = 0
@@ -124,7 +123,7 @@ modes ball {
   }
 }
 ";
-    // The impacts have a limit at √(2 h/g) (1 + e)/(1 − e) = 1.35457 s.
+    // The impacts accumulate at √(2 h/g) (1 + e)/(1 − e) = 1.35457 s.
     let stopped = run(text, &[]);
     stopped.refused(3, &["`ball`", "without end at t = 1.3545"]);
     assert_eq!(column(&stopped.out, "time [s]"), [0.0, 1.0]);
@@ -137,13 +136,13 @@ fn a_fit_that_ctrl_c_stops_writes_the_best_so_far() {
     const MODEL: &str = "models/mud_circulation.dgd";
     let folder = folder_with(&[]);
     let goal = path(&folder, "fitted");
-    // Many recordings and exact: far from done when it is stopped.
+    // Many recordings at high accuracy: far from done when it is stopped.
     let mut args = vec!["fit", MODEL, "--steps", "adaptive", "--rtol", "1e-10", "-o", &goal];
     args.extend(["--format", "json", "--profile", "c0", "--bootstrap", "9", "--valid", DATA]);
     args.extend(["--data", DATA].repeat(8));
     let mut child = started(&args);
     wait_until_it_minds_ctrl_c(&mut child);
-    // A first simulation is kept: there is a best so far.
+    // After the first simulation in the journal there is a best so far.
     let journal = folder.path().join(".fitted.dgd-journal");
     while fs::metadata(&journal).map_or(0, |file| file.len()) <= 64 {
         assert!(child.try_wait().expect("a child").is_none(), "it ended by itself");
@@ -225,7 +224,7 @@ for i in 2..N { equation cell[i]: tau*der(T[i]) = T[i-1] - T[i] }
 output near [1] = T[1]  noise 0.1 [1]
 ";
 
-/// Presses Ctrl-C when a command has computed for a while, and how that ends.
+/// Presses Ctrl-C after a command has computed for a while; returns how it ended.
 #[cfg(target_os = "linux")]
 fn interrupted(args: &[&str]) -> Run {
     let mut child = started(args);
@@ -264,13 +263,13 @@ fn ctrl_c_stops_within_a_run_and_the_rows_so_far_are_kept() {
     let run =
         interrupted(&[&["simulate", &model, "--ensemble", &sets], &until[..], &seldom].concat());
     assert!(run.err.contains("the result has the 0 of 2 sets that were done"), "{}", run.err);
-    let of = ["--of", "near", "--to", "tau", "--format", "json"];
-    let run = interrupted(&[&["sensitivity", &model], &of[..], &until, &seldom].concat());
-    let told = run.json();
+    let of_args = ["--of", "near", "--to", "tau", "--format", "json"];
+    let run = interrupted(&[&["sensitivity", &model], &of_args[..], &until, &seldom].concat());
+    let document = run.json();
     assert!(
-        told["error"].as_str().is_some_and(|words| words.contains("Ctrl-C")),
+        document["error"].as_str().is_some_and(|words| words.contains("Ctrl-C")),
         "{}",
-        told["error"]
+        document["error"]
     );
     let run = interrupted(&[&["linearize", &model, "--at", "1e4"], &until[2..]].concat());
     assert!(run.err.contains("there is no result"), "{}", run.err);
@@ -299,7 +298,7 @@ equation lag: tau*der(x) = sin(50 [1/s]*time) - x
 output y [1] = x  noise 0.1 [1]
 ";
     let mut data = "time [s],y [1]\n".to_owned();
-    // Between two rows are nearly as many steps as there may be, and a likelihood takes minutes.
+    // Two rows are nearly as many steps apart as allowed, and a likelihood takes minutes.
     for row in 0..400 {
         let _ = writeln!(data, "{row}e3,{}", 0.1 * f64::from(row % 3));
     }
@@ -317,7 +316,7 @@ fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
         "model line\nparameter a [1/s] = 0.5\nparameter b [1] = 0\noutput y [1] = a*time + b\n";
     let folder = folder_with(&[("m.dgd", model.as_bytes()), ("d.csv", data.as_bytes())]);
     let (model, data) = (path(&folder, "m.dgd"), path(&folder, "d.csv"));
-    // More data sets than there is time for. Later each time, until the fit itself has been finished.
+    // More data sets than there is time for. The interrupt comes later each time, until the fit itself is finished.
     let mut waited = std::time::Duration::from_millis(50);
     loop {
         let mut child = started(&["fit", &model, "--data", &data, "--bootstrap", "1000000"]);
@@ -335,7 +334,7 @@ fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
     }
 }
 
-/// A request that no machine has memory for is refused before it is tried, and the message says what asks for it.
+/// A request beyond the memory of any machine is refused before it is tried, and the message names its cause.
 #[test]
 fn a_run_that_needs_too_much_memory_says_what_asks_for_it() {
     let line = "size N = 20000
@@ -348,7 +347,7 @@ fn a_run_that_needs_too_much_memory_says_what_asks_for_it() {
     dgd(&args).refused(3, &["of memory", "10000001 rows of 20000 outputs", "`--every`"]);
 }
 
-/// The same of commands that run a model many times.
+/// The same for commands that run a model many times.
 #[test]
 fn a_fit_a_search_and_an_ensemble_that_need_too_much_memory_say_what_asks_for_it() {
     let model = "model rod
@@ -378,7 +377,7 @@ fn a_fit_a_search_and_an_ensemble_that_need_too_much_memory_say_what_asks_for_it
     assert_eq!(listing(&folder), ["d.csv", "m.dgd", "s.csv"]);
 }
 
-/// A rate that starts from nothing, and has no second derivative there.
+/// A rate that starts at zero, without a second derivative there.
 const HILL: &str = "
 parameter k = 1.5
 state x = 0 fixed
@@ -388,16 +387,16 @@ equation f: 1 [s]*der(y) = -y*x^k/(0.4^k + x^k)
 output y
 ";
 
-/// Where the default method cannot begin a run but another can, the other is used and a note says so. A named
-/// method is never replaced.
+/// If the default method cannot start a run but another can, the other is used with a note. A method named by the user
+/// is never replaced.
 #[test]
 fn a_method_that_can_begin_is_taken_before_the_run() {
     let (folder, model) = with_model(HILL);
     let args = ["sensitivity", &model, "--until", "3", "--every", "1", "--of", "y"];
     let chosen = dgd(&args).done();
-    let said =
+    let text =
         "`rodas5p` cannot begin at t = 0 s, where a derivative of equation `f` is not finite";
-    assert!(chosen.err.contains(said) && chosen.err.contains("`kencarp4`"), "{}", chosen.err);
+    assert!(chosen.err.contains(text) && chosen.err.contains("`kencarp4`"), "{}", chosen.err);
     let named = dgd(&[&args[..], &["--method", "kencarp4"]].concat()).done();
     assert_eq!(chosen.out, named.out);
     dgd(&[&args[..], &["--method", "rodas5p"]].concat())
@@ -407,10 +406,10 @@ fn a_method_that_can_begin_is_taken_before_the_run() {
     let recording = path(&folder, "r.csv");
     fs::write(&recording, &simulated.out).expect("a file");
     let fitted = dgd(&["fit", &model, "--data", &recording, "--set", "k=1.3"]).done();
-    assert!(fitted.err.contains(said), "{}", fitted.err);
+    assert!(fitted.err.contains(text), "{}", fitted.err);
 }
 
-/// A fit that starts where the default method can begin, and ends where it cannot.
+/// A fit that starts where the default method can start a run, and ends where it cannot.
 #[test]
 fn a_fit_that_comes_to_where_its_method_cannot_begin_is_run_again_with_another() {
     let (folder, model) = with_model(HILL);
@@ -421,11 +420,11 @@ fn a_fit_that_comes_to_where_its_method_cannot_begin_is_run_again_with_another()
         fs::write(&recording, dgd(&args).done().out).expect("a file");
         let fit = ["fit", &model, "--data", &recording, "--set", "k=2.5", "--format", "json"];
         let run = dgd(&fit).done();
-        let said = "`rodas5p` cannot begin at t = 0 s";
-        assert!(run.err.contains(said) && run.err.contains("again"), "{}", run.err);
-        let found = run.json()["parameters"]["k"]["value"].as_f64().expect("a number");
-        let apart = (found - k.parse::<f64>().expect("a number")).abs();
-        assert!(apart < 1e-3, "{found}");
+        let text = "`rodas5p` cannot begin at t = 0 s";
+        assert!(run.err.contains(text) && run.err.contains("again"), "{}", run.err);
+        let estimate = run.json()["parameters"]["k"]["value"].as_f64().expect("a number");
+        let apart = (estimate - k.parse::<f64>().expect("a number")).abs();
+        assert!(apart < 1e-3, "{estimate}");
         dgd(&[&fit[..], &["--method", "rodas5p"]].concat()).refused(3, &["cannot be simulated"]);
     }
 }

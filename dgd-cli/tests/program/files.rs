@@ -1,5 +1,4 @@
-//! Which files are read and written: nothing that is read is replaced, nothing is left half written, and only
-//! files are opened.
+//! Input and output files: no input is replaced, no output is left incomplete, and only files are opened.
 
 use std::fs;
 use std::path::Path;
@@ -39,7 +38,7 @@ fn read(folder: &TempDir, name: &str) -> String {
     fs::read_to_string(folder.path().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// Ends within seconds, or not at all.
+/// Runs a command that must end within seconds.
 #[cfg(unix)]
 fn at_once(folder: &Path, args: &[&str]) -> Run {
     use std::time::{Duration, Instant};
@@ -76,17 +75,17 @@ fn no_result_takes_the_place_of_what_is_read() {
         (&["discover", "t.dgd"], "sub/.."),
     ];
     for (args, out) in cases {
-        let all = [args, &run[..], &["-o", out]].concat();
-        dgd_in(folder.path(), &all).refused(2, &["would replace", "which this command reads"]);
+        let all_args = [args, &run[..], &["-o", out]].concat();
+        dgd_in(folder.path(), &all_args).refused(2, &["would replace", "which this command reads"]);
     }
-    // A run that stops on its way would write there.
+    // A run that ends early would write there.
     fs::write(folder.path().join("r.partial.csv"), DATA).expect("the folder is writable");
     let args = ["simulate", "t.dgd", "--data", "r.partial.csv", "-o", "r.csv"];
     dgd_in(folder.path(), &args).refused(2, &["would replace `r.partial.csv`"]);
     fs::remove_file(folder.path().join("r.partial.csv")).expect("it is there");
     for args in [&["emit", "i.dgd", "--stage", "dae"][..], &["check", "i.dgd"]] {
-        let all = [args, &["-o", "g.dgd"]].concat();
-        dgd_in(folder.path(), &all).refused(2, &["would replace"]);
+        let all_args = [args, &["-o", "g.dgd"]].concat();
+        dgd_in(folder.path(), &all_args).refused(2, &["would replace"]);
     }
     #[cfg(unix)]
     {
@@ -98,7 +97,7 @@ fn no_result_takes_the_place_of_what_is_read() {
             dgd_in(folder.path(), &args).refused(2, &["would replace `d.csv`"]);
             fs::remove_file(folder.path().join(out)).expect("it is there");
         }
-        // Imports are known once the model is read.
+        // Imports are known once the model has been read.
         fs::hard_link(folder.path().join("g.dgd"), folder.path().join("g.csv")).expect("writable");
         for command in ["simulate", "sensitivity", "track"] {
             let args = [command, "i.dgd", "--data", "d.csv", "-o", "g.csv"];
@@ -119,7 +118,7 @@ fn no_result_takes_the_place_of_what_is_read() {
 #[test]
 fn a_place_that_cannot_be_written_is_known_before_anything_is_computed() {
     let folder = folder();
-    // A run that would take a while, of rows that nobody could wait for.
+    // A run that would take a while, with more rows than anyone could wait for.
     let long = ["simulate", "t.dgd", "--data", "d.csv", "--every", "1e-6"];
     let refused = |more: &[&str], code: i32, part: &str| {
         dgd_in(folder.path(), &[&long[..], more].concat()).refused(code, &[part]);
@@ -158,12 +157,12 @@ fn a_file_holds_what_its_name_says() {
             let printed = run(&[command, &data, &["--format", "json"]].concat()).json();
             assert_eq!(written, printed, "{args:?}");
         }
-        // A program gets what the table does not hold.
+        // A program gets the rest of the result, which the table does not hold.
         let args = [command, &data, &["-o", "t.csv", "--format", "json"]].concat();
         assert!(run(&args).json().is_object());
         assert!(read(&folder, "t.csv").lines().next().is_some_and(|line| line.contains(',')));
     }
-    // Parquet is the CSV in another form: read again, it gives the same run to the last digit.
+    // Parquet equals the CSV: read again, it gives the same run to the last digit.
     for command in &commands[..2] {
         run(&[*command, &data, &["-o", "t.csv"]].concat());
         run(&[*command, &data, &["-o", "t.parquet"]].concat());
@@ -191,7 +190,7 @@ fn a_file_holds_what_its_name_says() {
             fs::read(folder.path().join("t.parquet")).is_ok_and(|file| file.ends_with(b"PAR1"))
         );
     }
-    // What is not a table says so.
+    // A result that is not a table cannot be written as one.
     let emit = ["emit", "t.dgd", "--stage", "rust", "-o", "t.parquet"];
     dgd_in(folder.path(), &emit).refused(2, &["the result of this command is not a table"]);
     let fit = ["fit", "t.dgd", "--data", "d.csv", "-o", "fitted.json"];
@@ -204,7 +203,7 @@ fn a_file_holds_what_its_name_says() {
     assert_eq!(read(&folder, "t.jsonl").lines().count(), 5);
     run(&["methods", "-o", "t.json"]);
     assert!(json("t.json")["methods"].is_array());
-    // Laid out elsewhere, the model stays.
+    // Formatting into another file leaves the model unchanged.
     let untidy = TANK.replace("state h [m] = 1", "state   h [m]=1");
     fs::write(folder.path().join("u.dgd"), &untidy).expect("the folder is writable");
     run(&["fmt", "u.dgd", "-o", "tidy.dgd"]);
@@ -249,9 +248,9 @@ fn ctrl_c_leaves_nothing_half_written() {
         .expect("the command starts");
     let mut input = child.stdin.take().expect("a pipe");
     input.write_all(DATA.as_bytes()).expect("it reads");
-    // It has begun when it has said what it takes.
-    let mut said = BufReader::new(child.stderr.take().expect("a pipe"));
-    said.read_line(&mut String::new()).expect("text");
+    // The first remark shows that it has begun.
+    let mut text = BufReader::new(child.stderr.take().expect("a pipe"));
+    text.read_line(&mut String::new()).expect("text");
     let is_under_way = || listing(&folder).iter().any(|name| name.contains(".tmp"));
     while !is_under_way() {
         assert!(child.try_wait().expect("a child").is_none(), "it ended by itself");
@@ -300,7 +299,7 @@ fn only_regular_model_files_are_imported_and_nothing_of_others_is_quoted() {
             refused(path);
         }
     }
-    // One elsewhere is read as before.
+    // A file elsewhere is read as before.
     fs::create_dir(folder.path().join("lib")).expect("the folder is writable");
     fs::write(folder.path().join("lib/k.dgd"), "constant k = 2\n").expect("the folder is writable");
     fs::create_dir(folder.path().join("m")).expect("the folder is writable");
@@ -330,7 +329,7 @@ fn devices_and_named_pipes_are_refused_at_once() {
     for (args, part) in cases {
         at_once(folder.path(), args).refused(1, &[part]);
     }
-    // A pipe that is open already has its writer.
+    // A pipe that is already open has a writer.
     let mut run = command(folder.path(), &["simulate", "t.dgd", "--data", "/dev/stdin"]);
     let mut cat = std::process::Command::new("cat")
         .arg(folder.path().join("d.csv"))

@@ -1,4 +1,4 @@
-//! `dgd fit --estimator`: regressions, recursive ones too, and tables of independent rows.
+//! `dgd fit --estimator`: regressions, including recursive ones, and tables of independent rows.
 
 use std::fmt::Write as _;
 
@@ -41,7 +41,7 @@ fn linear_least_squares_finds_what_simulation_does() {
     assert_eq!(rows[0]["multiplied_by"], "M_ssp");
     assert_eq!((&rows[1]["name"], &rows[1]["unit"]), (&"p_out".into(), &"barg".into()));
     assert!(number(&rows[1]["r_squared"]) > 0.999);
-    // Simulated with these estimates the model does as well as a fit to simulations, to a tenth.
+    // Simulated with these estimates the model fits as well as after an output-error fit, to 10 %.
     for output in ["p_r", "q_ssp"] {
         let [a, b] = [&regression, &simulation].map(|r| number(&r["outputs"][output]["rms_train"]));
         assert!(a < 1.1 * b, "{output}: {a} {b}");
@@ -54,22 +54,22 @@ fn a_table_of_rows_needs_no_time() {
     let files = ["fit", "tests/nist/misra1a.dgd", "--data", "tests/nist/misra1a.csv"];
     for (estimator, digits) in [("separable", 1e-8), ("nelder-mead", 1e-6), ("output-error", 1e-4)]
     {
-        let found = json(&[&files[..], &["--estimator", estimator]].concat());
+        let result = json(&[&files[..], &["--estimator", estimator]].concat());
         for (name, certified) in [("b1", 238.942_129_18), ("b2", 5.501_564_318_1e-4)] {
-            let value = number(&found["parameters"][name]["value"]);
+            let value = number(&result["parameters"][name]["value"]);
             assert!((value / certified - 1.0).abs() < digits, "{estimator} {name}: {value}");
         }
         // √(1.2455138894e-1/14)
-        let rms = number(&found["outputs"]["y"]["rms_train"]);
+        let rms = number(&result["outputs"]["y"]["rms_train"]);
         assert!((rms - 0.094_321).abs() < 1e-6, "{estimator}: {rms}");
     }
-    // All rows of a held-out table count.
-    let found = json(&[&files[..], &["--estimator", "separable", "--valid", files[3]]].concat());
-    assert_eq!(found["outputs"]["y"]["rms_train"], found["outputs"]["y"]["rms_valid"]);
+    // All rows of a validation table count.
+    let result = json(&[&files[..], &["--estimator", "separable", "--valid", files[3]]].concat());
+    assert_eq!(result["outputs"]["y"]["rms_train"], result["outputs"]["y"]["rms_valid"]);
 
     dgd(&[&files[..], &["--estimator", "recursive", "--free", "b1"]].concat())
         .refused(1, &["no time"]);
-    // A model with states needs time.
+    // A model with states needs a time column.
     let folder =
         folder_with(&[("rows.csv", b"w_ssp [%],q_boost [lpm],q_tf [lpm],p_r [bara]\n50,1,1,20\n")]);
     let rows = path(&folder, "rows.csv");
@@ -104,25 +104,25 @@ fn active_bounds_come_with_the_free_solution() {
     assert_eq!(run.code, 0, "{}", run.err);
     assert!(run.out.contains("at its lower bound, without bounds −500"), "{}", run.out);
     let text = std::fs::read_to_string(folder.path().join("out/result.json")).expect("a result");
-    let found: Value = serde_json::from_str(&text).expect("JSON");
+    let result: Value = serde_json::from_str(&text).expect("JSON");
     // A table has no time: its residuals are drawn over its rows.
     let picture = std::fs::read_to_string(folder.path().join("rows.svg")).expect("a picture");
     for part in ["residual of", "fitted", "measured", "Row"] {
         assert!(picture.contains(part), "{part}");
     }
-    let a = &found["parameters"]["a"];
+    let a = &result["parameters"]["a"];
     assert_eq!(
         (&a["value"], &a["at_bound"], &a["std"]),
         (&0.0.into(), &"lower".into(), &Value::Null)
     );
     assert!((number(&a["unbounded"]) + 500.0).abs() < 1e-9);
     // b = Σxy/Σx²
-    assert!((number(&found["parameters"]["b"]["value"]) - 11.0 / 14.0).abs() < 1e-12);
+    assert!((number(&result["parameters"]["b"]["value"]) - 11.0 / 14.0).abs() < 1e-12);
     let model = std::fs::read_to_string(folder.path().join("out/m.dgd")).expect("the model");
     assert!(model.contains("parameter a [mm] = 0 "), "{model}");
 }
 
-/// What is left of three samples after a fit with two estimates says nothing of their noise.
+/// The residuals of three samples after a fit with two estimates carry no information on their noise.
 #[test]
 fn the_noise_of_few_samples_is_the_declared_one_or_there_are_no_stds() {
     let model = |noise: &str| {
@@ -146,10 +146,10 @@ fn the_noise_of_few_samples_is_the_declared_one_or_there_are_no_stds() {
             let args = ["fit", model, "--data", data, "--estimator", estimator, "--format", format];
             dgd_in(folder.path(), &args).done()
         };
-        let found = |model: &str, data: &str| -> Value {
+        let result = |model: &str, data: &str| -> Value {
             serde_json::from_str(&run(model, data, "json").out).expect("JSON")
         };
-        let declared = found("declared.dgd", "3.csv");
+        let declared = result("declared.dgd", "3.csv");
         assert_eq!(declared["few_samples"]["y"]["samples"], 3);
         assert_eq!(declared["few_samples"]["y"]["declared_noise"], 0.5);
         // σ²/Σ(x − mean)²
@@ -158,20 +158,20 @@ fn the_noise_of_few_samples_is_the_declared_one_or_there_are_no_stds() {
         let text = run("declared.dgd", "3.csv", "text").out;
         assert!(text.contains("its declared noise was taken, 0.5 m"), "{text}");
 
-        let silent = found("silent.dgd", "3.csv");
+        let silent = result("silent.dgd", "3.csv");
         assert_eq!(silent["parameters"]["b"]["std"], Value::Null);
         assert_eq!(silent["covariance"][0][0], Value::Null);
         let text = run("silent.dgd", "3.csv", "text").out;
         assert!(text.contains("3 samples of `y`") && text.contains("too few"), "{text}");
         assert!(!text.contains("not determined"), "{text}");
 
-        let enough = found("silent.dgd", "12.csv");
+        let enough = result("silent.dgd", "12.csv");
         assert_eq!(enough["few_samples"], serde_json::json!({}));
         assert!(number(&enough["parameters"]["b"]["std"]) > 0.0);
     }
 }
 
-/// Pump and friction are those of the reading, the riser's balance is that of the flow: 3.9.
+/// Pump and friction use the reading, the riser's balance the true flow: 3.9.
 const FLOW_CORRECTION: &[u8] = b"\
 effect flow_correction on mud_circulation
 kind plant
@@ -200,11 +200,11 @@ fn the_recursive_estimator_follows_the_flow_correction() {
         "--filter",
         "5",
     ];
-    let found = json(&[&args[..], &["-o", &out]].concat());
-    let theta = &found["parameters"]["theta_1"];
+    let result = json(&[&args[..], &["-o", &out]].concat());
+    let theta = &result["parameters"]["theta_1"];
     assert!((number(&theta["value"]) - 0.951).abs() < 0.01, "{theta}");
     assert_eq!(theta["std"], Value::Null);
-    assert_eq!(found["recursive"]["samples"], 3601);
+    assert_eq!(result["recursive"]["samples"], 3601);
     let csv = std::fs::read_to_string(folder.path().join("out/estimates.csv")).expect("a trace");
     let trace = column(&csv, "theta_1 [1]");
     assert_eq!((trace.len(), trace[0]), (3601, 1.0));
@@ -213,14 +213,14 @@ fn the_recursive_estimator_follows_the_flow_correction() {
     files.retain(|name| name == "out");
     assert_eq!(files, ["out"]);
 
-    // With forgetting it goes on moving: the mean is the thesis' number, and P stays below its limit.
+    // With forgetting the estimate keeps moving: its mean is the number of the thesis, and P stays below its limit.
     let more = ["--forgetting", "0.1", "--most-variance", "5"];
-    let found = json(&[&args[..], &more, &["-o", &out]].concat());
+    let result = json(&[&args[..], &more, &["-o", &out]].concat());
     let csv = std::fs::read_to_string(folder.path().join("out/estimates.csv")).expect("a trace");
     let trace = column(&csv, "theta_1 [1]");
     let mean = trace[60..].iter().sum::<f64>() / (trace.len() - 60) as f64;
     assert!((mean - 0.951).abs() < 0.01, "{mean}");
-    assert!(number(&found["recursive"]["p"][0][0]) <= 5.0);
+    assert!(number(&result["recursive"]["p"][0][0]) <= 5.0);
 
     let refused =
         |more: &[&str], parts: &[&str]| dgd(&[&args[..], more].concat()).refused(2, parts);
@@ -268,11 +268,11 @@ fn what_cannot_be_had_from_readings_is_told_by_name() {
         "separable",
     ];
     dgd(&line).refused(1, &["`tau_d`", "delay", "`output-error`"]);
-    // No reading at the outlet shows the terms of the line's own equations.
+    // No measurement at the outlet contains the terms of the line's own equations.
     dgd(&[&line[..], &["--fix", "tau_d"]].concat()).refused(1, &["`riser`", "reads `q_bo`"]);
 }
 
-/// A recording of the mud circulation whose signals stay close to a point, by the model itself.
+/// A simulated recording of the mud circulation whose signals stay close to a point.
 fn circulating(folder: &TempDir, rows: usize) -> String {
     let mut csv = "time [s],w_ssp [%],q_boost [lpm],q_tf [lpm]\n".to_owned();
     for k in 0..rows {
@@ -305,7 +305,7 @@ fn the_linear_model_has_the_parameters_and_says_how_far_it_holds() {
         assert!(apart.abs() < 3.0 * std, "{name}: {a} {b}");
         assert!((number(&a["std"]) / std - 1.0).abs() < 0.3, "{name}: {a} {b}");
     }
-    // The point is that of the estimates, at rest with the mean flow: what comes in goes out.
+    // The point is the steady state of the estimates with the mean flow: outflow equals inflow.
     let point = &linear["linearised"]["points"][0];
     let flows = ["q_boost", "q_tf"].map(|name| number(&point["inputs"][name]["value"]));
     let through = number(&point["unknowns"]["q_ssp"]["value"]) * 6e4;
@@ -313,7 +313,7 @@ fn the_linear_model_has_the_parameters_and_says_how_far_it_holds() {
     assert_eq!(linear["linearised"]["at"], "mean");
     for name in ["p_r", "p_out"] {
         let output = &linear["linearised"]["model"]["outputs"][name];
-        // So small are the signals that the model itself fits as well.
+        // The signals are so small that the nonlinear model fits as well.
         let [with, without] = [&output["rms"], &linear["outputs"][name]["rms_train"]].map(number);
         assert!((with / without - 1.0).abs() < 0.05, "{name}: {with} {without}");
         assert!(number(&output["difference"]) < 0.3 * number(&linear["outputs"][name]["noise"]));
@@ -324,12 +324,12 @@ fn the_linear_model_has_the_parameters_and_says_how_far_it_holds() {
     let fitted = std::fs::read_to_string(folder.path().join("out/mud_circulation.dgd"));
     assert!(!fitted.expect("the model").contains("M_ssp [kg/m^4]     = 1.1e8 "));
 
-    // By its other name, at other points, and in words.
+    // By its other name, at other points, and as text.
     let other = [&args[..], &["--estimator", "linearized"]].concat();
     assert_eq!(json(&other)["parameters"], linear["parameters"]);
     for at in ["steady", "120"] {
-        let found = json(&[&linearised[..], &["--at", at]].concat());
-        let [a, b] = [&found, &model].map(|result| &result["parameters"]["F2"]);
+        let answer = json(&[&linearised[..], &["--at", at]].concat());
+        let [a, b] = [&answer, &model].map(|result| &result["parameters"]["F2"]);
         let apart = number(&a["value"]) - number(&b["value"]);
         assert!(apart.abs() < 3.0 * number(&b["std"]), "{at}: {a} {b}");
     }
@@ -339,7 +339,7 @@ fn the_linear_model_has_the_parameters_and_says_how_far_it_holds() {
     }
     assert!(!text.contains("by more than the noise"), "{text}");
 
-    // Where signals are large, it is said.
+    // Large signals cause a remark.
     let text = dgd(&[&CIRCULATION[..], &["--estimator", "linearised"]].concat()).done().out;
     assert!(text.contains("by more than the noise"), "{text}");
 }
@@ -388,10 +388,10 @@ fn what_has_no_linear_model_is_told_by_name() {
     refused("valve.dgd", &["--at", "somewhere"], 2, &["`steady` or `mean`"]);
     let args = [&CIRCULATION[..], &["--at", "mean"]].concat();
     dgd(&args).refused(2, &["`--at` needs `--estimator linearised`"]);
-    // In one mode there is nothing to refuse.
+    // In a single mode there is no reason to refuse.
     let args = ["fit", "valve.dgd", "--data", "d.csv", "--estimator", "linearised"];
-    let found = dgd_in(folder.path(), &[&args[..], &["--until", "39", "--fix", "k"]].concat());
-    let text = found.done().out;
+    let result = dgd_in(folder.path(), &[&args[..], &["--until", "39", "--fix", "k"]].concat());
+    let text = result.done().out;
     assert!(text.contains("d.csv stays in these modes: gate: closed"), "{text}");
 }
 
@@ -414,7 +414,7 @@ fn every_estimator_is_in_the_help() {
 
 #[test]
 fn a_fit_by_any_method_ends_at_the_same_values() {
-    // Inputs change at every sample. Of these methods only some make equal steps between samples.
+    // Inputs change at every sample. Only some of these methods make equal steps between samples.
     let fitted = |method: &str| -> Vec<f64> {
         let data = "examples/data/booster_stop.train.csv";
         let model = "models/mud_circulation.dgd";
@@ -429,13 +429,13 @@ fn a_fit_by_any_method_ends_at_the_same_values() {
     let expected = fitted("rodas5p");
     assert!(!expected.is_empty());
     for method in ["kencarp4", "bdf", "tsit5"] {
-        let found = fitted(method);
-        for (found, expected) in found.iter().zip(&expected) {
+        let result = fitted(method);
+        for (result, expected) in result.iter().zip(&expected) {
             assert!(
-                (found - expected).abs() <= 1e-4 * expected.abs(),
-                "{method}: {found}, {expected}"
+                (result - expected).abs() <= 1e-4 * expected.abs(),
+                "{method}: {result}, {expected}"
             );
         }
-        assert_eq!(found.len(), expected.len(), "{method}");
+        assert_eq!(result.len(), expected.len(), "{method}");
     }
 }

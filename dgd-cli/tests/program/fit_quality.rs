@@ -1,4 +1,4 @@
-//! What `dgd fit` says of how good a fit is and how sure its estimates are.
+//! The report of `dgd fit` on the quality of a fit and the uncertainty of its estimates.
 
 use std::fmt::Write as _;
 
@@ -18,7 +18,7 @@ output y [1] = x
 output twice [mm] = 2 [mm] * x
 ";
 
-/// A recording of gain 0.5, tau 20 s, with noise of 0.05, and so much of v in the reading of y.
+/// A recording with gain 0.5, tau 20 s, noise of 0.05, and a contribution `of_v` of v to the reading of y.
 fn recording(seed: u64, of_v: f64) -> String {
     let mut normal = Normal(seed);
     let mut text = "time [s],u [1],v [1],y [1],twice [mm]\n".to_owned();
@@ -48,10 +48,10 @@ fn quality_is_told_for_fitted_and_held_out_recordings() {
     ];
     let folder = folder_with(&files);
     let args = ["fit", "m.dgd", "--data", "a.csv", "--valid", "b.csv"];
-    let found = dgd_in(folder.path(), &[&args[..], &["--format", "json"]].concat()).done().json();
+    let result = dgd_in(folder.path(), &[&args[..], &["--format", "json"]].concat()).done().json();
     for (name, unit, sigma) in [("y", "1^2", 0.05), ("twice", "mm^2", 0.1)] {
         for (set, rms, samples) in [("train", "rms_train", 400), ("valid", "rms_valid", 340)] {
-            let output = &found["outputs"][name];
+            let output = &result["outputs"][name];
             let quality = &output["quality"][set];
             assert_eq!(
                 (&quality["samples"], &quality["mse_unit"]),
@@ -59,14 +59,14 @@ fn quality_is_told_for_fitted_and_held_out_recordings() {
             );
             let mse = number(&quality["mse"]);
             assert!((mse.sqrt() / number(&output[rms]) - 1.0).abs() < 1e-9);
-            // σ from n samples scatters by 1/√(2n); five of these.
+            // The relative scatter of σ from n samples is 1/√(2n); five of these.
             assert!((mse.sqrt() / sigma - 1.0).abs() < 5.0 / 678f64.sqrt(), "{name} {set} {mse}");
             // fit % = 100 (1 − √(1 − R²))
             let unexplained = 1.0 - number(&quality["r_squared"]);
             let fit = 100.0 * (1.0 - unexplained.sqrt());
             assert!((number(&quality["fit_percent"]) - fit).abs() < 1e-9);
             assert!(fit > 80.0 && fit < 100.0, "{fit}");
-            // Nothing is hidden: one of 12 tests below 0.001 is chance in a hundred.
+            // No missing term: one of 12 tests below 0.001 happens by chance in 1 % of cases.
             assert!(number(&quality["whiteness"]["p_value"]) > 1e-3, "{quality}");
             assert_eq!(quality["whiteness"]["autocorrelation"].as_array().map(Vec::len), Some(25));
             for input in ["u", "v"] {
@@ -86,7 +86,7 @@ fn errors_that_go_with_an_input_are_said_to() {
     let text = dgd_in(folder.path(), &["fit", "m.dgd", "--data", "a.csv"]).done().out;
     assert!(text.contains("residuals of `y` correlate with `v` (correlation +0."), "{text}");
     assert!(text.contains("`dgd discover` looks for it") && !text.contains("`twice` go"), "{text}");
-    // The addition to `y` also misleads the parameters that `twice` shares.
+    // The addition to `y` also biases the parameters shared with `twice`.
     assert!(text.contains("residuals of `y`") && text.contains("are autocorrelated"), "{text}");
 }
 
@@ -102,14 +102,14 @@ fn recordings_of_one_file_name_are_told_apart() {
     let more = ["--profile", "tau,x(0)", "--bootstrap", "20", "--format", "json"];
     let plot = ["--plot", "fit.svg", "--information"];
     let run = dgd_in(folder.path(), &[&args[..], &more, &plot].concat()).done();
-    let found = run.json();
-    let names = |found: &Value| -> Vec<String> {
-        found.as_object().expect("names").keys().cloned().collect()
+    let result = run.json();
+    let names = |result: &Value| -> Vec<String> {
+        result.as_object().expect("names").keys().cloned().collect()
     };
-    assert_eq!(names(&found["profiles"]), ["tau", "x(0) of a/run.csv", "x(0) of b/run.csv"]);
-    let all = ["gain", "tau", "x(0) of a/run.csv", "x(0) of b/run.csv"];
-    assert_eq!(names(&found["bootstrap"]["estimates"]), all);
-    assert_eq!(names(&found["information"]), all);
+    assert_eq!(names(&result["profiles"]), ["tau", "x(0) of a/run.csv", "x(0) of b/run.csv"]);
+    let entries = ["gain", "tau", "x(0) of a/run.csv", "x(0) of b/run.csv"];
+    assert_eq!(names(&result["bootstrap"]["estimates"]), entries);
+    assert_eq!(names(&result["information"]), entries);
     let drawn: Vec<String> =
         listing(&folder).into_iter().filter(|name| name.contains("profile")).collect();
     assert_eq!(drawn.len(), 3, "{drawn:?}");
@@ -123,17 +123,17 @@ fn start_values_are_called_by_their_files_by_all_estimators() {
         let rows: Vec<&str> = data.lines().take(80).collect();
         std::fs::write(folder.path().join(name), rows.join("\n")).expect("a file");
     }
-    let own = ["x(0) of a.csv", "x(0) of b.csv"];
+    let expected = ["x(0) of a.csv", "x(0) of b.csv"];
     for estimator in ["output-error", "prediction-error"] {
         let out = format!("{estimator}.out");
         let args = ["fit", "m.dgd", "--data", "a.csv", "--data", "b.csv", "--profile", "x(0)"];
         let more = ["--estimator", estimator, "-o", &out, "--plot", &format!("{estimator}.svg")];
         let text = dgd_in(folder.path(), &[&args[..], &more].concat()).done().out;
-        assert!(own.iter().all(|name| text.contains(name)), "{text}");
+        assert!(expected.iter().all(|name| text.contains(name)), "{text}");
         let result = std::fs::read(folder.path().join(out).join("result.json")).expect("a result");
-        let found: Value = serde_json::from_slice(&result).expect("JSON");
-        let profiles = found["profiles"].as_object().expect("profiles");
-        assert!(profiles.keys().eq(own), "{found:#}");
+        let answer: Value = serde_json::from_slice(&result).expect("JSON");
+        let profiles = answer["profiles"].as_object().expect("profiles");
+        assert!(profiles.keys().eq(expected), "{answer:#}");
         let files = listing(&folder);
         for file in ["a.csv", "b.csv"] {
             let drawn = format!("{estimator}.profile-x(0)_of_{file}.svg");
@@ -153,17 +153,17 @@ fn intervals_are_reported_and_drawn() {
         assert!(text.contains(part), "{part}: {text}");
     }
     let result = std::fs::read_to_string(folder.path().join("out/result.json")).expect("a result");
-    let found: Value = serde_json::from_str(&result).expect("JSON");
+    let answer: Value = serde_json::from_str(&result).expect("JSON");
     for (name, truth) in [("gain", 0.5), ("tau", 20.0)] {
-        let estimate = &found["parameters"][name];
+        let estimate = &answer["parameters"][name];
         let (value, std) = (number(&estimate["value"]), number(&estimate["std"]));
-        let profile = &found["profiles"][name];
+        let profile = &answer["profiles"][name];
         let (low, high) = (number(&profile["interval"][0]), number(&profile["interval"][1]));
         assert!(low < value && value < high && (value - truth).abs() < 5.0 * std);
-        // Nearly linear in its parameters, with white noise: all three agree.
+        // Nearly linear in its parameters, with white noise: all three intervals agree.
         assert!(((high - low) / (2.0 * 1.959_964 * std) - 1.0).abs() < 0.05, "{profile}");
         assert_eq!(profile["lower"]["end"], "interval");
-        let resampled = &found["bootstrap"]["estimates"][name];
+        let resampled = &answer["bootstrap"]["estimates"][name];
         assert!((number(&resampled["std"]) / std - 1.0).abs() < 0.4, "{resampled} {std}");
     }
     let files = listing(&folder);
@@ -171,7 +171,7 @@ fn intervals_are_reported_and_drawn() {
         assert!(files.iter().any(|name| name == file), "{files:?}");
     }
 
-    // The same seed gives the same bytes with any number of threads.
+    // The same seed gives the same bytes for any number of threads.
     let json =
         |more: &[&str]| dgd_in(folder.path(), &[&args[..], &["--format", "json"], more].concat());
     let one = json(&["--seed", "7", "--threads", "1"]).done().out;
@@ -183,7 +183,7 @@ fn intervals_are_reported_and_drawn() {
 #[test]
 fn outliers_are_borne_and_counted() {
     let clean = recording(6, 0.0);
-    // A sensor that reads 9 for two samples of every 20.
+    // A sensor that reads 9 for two of every 20 samples.
     let mut lines: Vec<String> = clean.lines().map(str::to_owned).collect();
     for (k, line) in lines.iter_mut().enumerate().skip(1).filter(|(k, _)| k % 20 < 2) {
         let mut cells: Vec<&str> = line.split(',').collect();
@@ -198,11 +198,11 @@ fn outliers_are_borne_and_counted() {
         dgd_in(folder.path(), &[&args[..], more].concat())
     };
     let off = |loss: &str| {
-        let found = fit(&["--loss", loss, "--format", "json"]).done().json();
-        assert_eq!(found["loss"], loss);
-        let gain = &found["parameters"]["gain"];
-        let sigma = number(&found["outputs"]["y"]["noise"]);
-        let light = found["outputs"]["y"]["light_samples"].as_u64().expect("a count");
+        let result = fit(&["--loss", loss, "--format", "json"]).done().json();
+        assert_eq!(result["loss"], loss);
+        let gain = &result["parameters"]["gain"];
+        let sigma = number(&result["outputs"]["y"]["noise"]);
+        let light = result["outputs"]["y"]["light_samples"].as_u64().expect("a count");
         (number(&gain["value"]) - 0.5, number(&gain["std"]), sigma, light)
     };
     let (_, by_squares, sigma, light) = off("squares");
@@ -233,13 +233,13 @@ fn recordings_in_which_nothing_moves_are_said_to_be() {
     let moving = recording(10, 0.0);
     let files = [("m.dgd", MODEL), ("a.csv", still.as_bytes()), ("b.csv", moving.as_bytes())];
     let folder = folder_with(&files);
-    let said = |more: &[&str]| {
+    let contains = |more: &[&str]| {
         let args = ["fit", "m.dgd", "--data", "a.csv"];
         let text = dgd_in(folder.path(), &[&args[..], more].concat()).done().out;
         text.contains("no input moves in any recording")
     };
-    assert!(said(&[]));
-    assert!(!said(&["--data", "b.csv"]));
+    assert!(contains(&[]));
+    assert!(!contains(&["--data", "b.csv"]));
 }
 
 #[test]
@@ -258,7 +258,7 @@ fn recordings_that_cannot_tell_are_said_to() {
     );
     assert!(!fit(&["late.dgd", "--data", "a.csv", "--set", "wait=3"]).contains("the delay"));
 
-    // A file that is both, under another name and cut short.
+    // A recording used for both, under another name and truncated.
     let part: Vec<&str> = data.lines().take(200).collect();
     std::fs::write(folder.path().join("b.csv"), part.join("\n") + "\n").expect("a file");
     std::fs::write(folder.path().join("c.csv"), recording(12, 0.0)).expect("a file");
@@ -289,14 +289,14 @@ output z [1] = a^2*s/(1 [s])
         let args = ["fit", "m.dgd", "--data", "a.csv", "--seed", "2"];
         dgd_in(folder.path(), &[&args[..], more].concat()).done()
     };
-    let found = fit(&["--starts", "30", "--format", "json"]);
+    let result = fit(&["--starts", "30", "--format", "json"]);
     let same = fit(&["--starts", "30", "--format", "json", "--threads", "3"]);
-    assert_eq!(found.out, same.out);
-    let found = found.json();
+    assert_eq!(result.out, same.out);
+    let result = result.json();
     // 5.7 1/s.
-    let w = &found["parameters"]["w"];
+    let w = &result["parameters"]["w"];
     assert!((number(&w["value"]) - 54.43).abs() < 5.0 * number(&w["std"]), "{w}");
-    let several = &found["multi_start"];
+    let several = &result["multi_start"];
     assert_eq!(several["points"], 30);
     let minima = several["minima"].as_array().expect("a list");
     let points = |minimum: &Value| minimum["points"].as_array().expect("a list").len();
@@ -348,27 +348,31 @@ fn what_determines_each_parameter_is_told() {
     let args = [&args[..], &["--information"]].concat();
     let text = dgd(&args).done().out;
     assert!(text.contains("`M_ssp`: ") && text.contains("% from transients"), "{text}");
-    let found = dgd(&[&args[..], &["--format", "json"]].concat()).done().json();
-    let of = |name: &str| &found["information"][name];
+    let result = dgd(&[&args[..], &["--format", "json"]].concat()).done().json();
+    let value_of = |name: &str| &result["information"][name];
     for name in ["M_ssp", "c0", "c2", "F2", "h_r(0)"] {
-        let sum: f64 = of(name)["outputs"].as_object().expect("outputs").values().map(number).sum();
+        let sum: f64 =
+            value_of(name)["outputs"].as_object().expect("outputs").values().map(number).sum();
         assert!((sum - 1.0).abs() < 1e-3, "{name}: {sum}");
-        assert!((number(&of(name)["steady"]) + number(&of(name)["transient"]) - 1.0).abs() < 1e-3);
+        assert!(
+            (number(&value_of(name)["steady"]) + number(&value_of(name)["transient"]) - 1.0).abs()
+                < 1e-3
+        );
     }
-    // Two operating points at rest, and what more of each kind of sample would do.
-    let points = found["operating_points"].as_array().expect("points");
+    // Two steady operating points, and the effect of more samples of each kind.
+    let points = result["operating_points"].as_array().expect("points");
     assert_eq!(points.len(), 2, "{points:?}");
     assert_eq!(points[0]["inputs"]["q_boost"]["unit"], "lpm");
     for name in ["M_ssp", "c0", "c2", "F2"] {
-        let again = &of(name)["std_with_as_much_again"];
+        let again = &value_of(name)["std_with_as_much_again"];
         assert!((number(&again["all"]) - 0.5_f64.sqrt()).abs() < 1e-3, "{name}: {again}");
-        let parts = of(name)["operating_points"].as_array().expect("parts");
+        let parts = value_of(name)["operating_points"].as_array().expect("parts");
         let steady: f64 = parts.iter().map(number).sum();
-        assert!((steady - number(&of(name)["steady"])).abs() < 1e-12, "{name}");
+        assert!((steady - number(&value_of(name)["steady"])).abs() < 1e-12, "{name}");
     }
-    // More rest tells of friction, and nothing of a mass.
+    // More steady operation improves the friction, but not a mass.
     let best = |name: &str| {
-        let again = &of(name)["std_with_as_much_again"];
+        let again = &value_of(name)["std_with_as_much_again"];
         let rests = again["operating_points"].as_array().expect("numbers").iter().map(number);
         (number(&again["transient"]), rests.fold(f64::INFINITY, f64::min))
     };
@@ -378,7 +382,7 @@ fn what_determines_each_parameter_is_told() {
     for part in ["at 2 operating points", "a test as long again", "rest at `w_ssp` = "] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    // The same where other parameters are not determined.
+    // The same if other parameters are not determined.
     let fewer = [&args[..], &["--outputs", "p_r,q_ssp", "--format", "json"]].concat();
     let fewer = dgd(&fewer).done().json();
     assert_eq!(fewer["information"]["c2"], Value::Null);
@@ -387,7 +391,11 @@ fn what_determines_each_parameter_is_told() {
         let sum = number(&parts["steady"]) + number(&parts["transient"]);
         assert!((sum - 1.0).abs() < 1e-3, "{name}: {parts}");
     }
-    // A mass is felt where it is accelerated, and nowhere else.
-    assert!(number(&of("M_ssp")["transient"]) > 0.9, "{}", of("M_ssp"));
-    assert!(number(&of("c0")["steady"]) > 2.0 * number(&of("M_ssp")["steady"]), "{}", of("c0"));
+    // A mass shows only under acceleration.
+    assert!(number(&value_of("M_ssp")["transient"]) > 0.9, "{}", value_of("M_ssp"));
+    assert!(
+        number(&value_of("c0")["steady"]) > 2.0 * number(&value_of("M_ssp")["steady"]),
+        "{}",
+        value_of("c0")
+    );
 }

@@ -1,4 +1,4 @@
-//! What a pendulum's recordings make of effects that hold and of those that their own evidence speaks against.
+//! Discoveries on recordings of a pendulum: effects that hold, and effects that fail their own evidence.
 
 use std::fs;
 
@@ -45,7 +45,7 @@ fn folder() -> TempDir {
     folder
 }
 
-/// Simulates the pendulum with some air drag, from two angles, with noise.
+/// Simulates the pendulum with air drag, from two angles, with noise.
 fn record(folder: &TempDir, drag: &str, until: &str) -> [String; 2] {
     let model = path(folder, "pendulum.dgd");
     let drag = format!("drag={drag}");
@@ -76,7 +76,7 @@ fn the_air_drag_of_a_pendulum_is_found() {
     assert!((drag - 0.05).abs() < 1e-3, "{drag}");
 }
 
-/// Simulates the pendulum with a push beyond what its effect declares.
+/// Simulates the pendulum with a push beyond the bounds of its effect.
 fn record_pushed(folder: &TempDir, force: f64, since: f64) -> [String; 2] {
     let wide = PUSH.replace("in -5 .. 5", "in -5000 .. 5000");
     let strong =
@@ -105,7 +105,7 @@ fn what_one_reading_says_is_given_no_name() {
     let folder = folder();
     let recordings = record(&folder, "0", "20");
     for file in &recordings {
-        // The last reading is half a radian off: as if something had begun just before it, or a push without bounds.
+        // The last reading is half a radian off, as if something had begun just before it, or a push without bounds.
         let text = fs::read_to_string(file).expect("a recording");
         let (before, last) = text.trim_end().rsplit_once('\n').expect("rows");
         let header = text.lines().next().expect("a header");

@@ -1,4 +1,4 @@
-//! What an equation lacks, from what was measured.
+//! `dgd invert`: the missing term of an equation, from measurements.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 use crate::support::{Run, dgd, folder_with, path};
 
-/// A tank with a pump that takes 0.04 m³/s.
+/// A tank with a pump that extracts 0.04 m³/s.
 const TANK: &str = "\
 model tank
 input q_in [m^3/s] linear
@@ -19,7 +19,7 @@ output h [m] noise 2 [mm]
 output p [bar] = 1000 [kg/m^3]*9.81 [m/s^2]*h
 ";
 
-/// Normal deviates from sums of a linear congruence.
+/// Normal deviates as sums from a linear congruential generator.
 struct Noise(u64);
 
 impl Noise {
@@ -34,12 +34,12 @@ impl Noise {
     }
 }
 
-/// The leak of 0.02 m³/s from 100 to 200 s, so far.
+/// Volume lost by the leak of 0.02 m³/s from 100 to 200 s, up to t.
 fn leaked(t: f64) -> f64 {
     0.02 * (t.min(200.0) - 100.0).max(0.0)
 }
 
-/// Readings of the tank with its leak, on an uneven grid; the level in closed form.
+/// Readings of the tank with its leak, on an uneven grid, with the level in closed form.
 fn tank_data(seed: u64, noise: f64) -> String {
     let mut random = Noise(seed);
     let mut text = "time [s],h [m],q_in [m^3/s]\n".to_owned();
@@ -92,7 +92,7 @@ fn a_hidden_leak_is_found_with_its_size_and_time() {
     let width = result["bandwidth"].as_f64().expect("a width");
     assert!((2.0..20.0).contains(&width), "{width}");
     assert_eq!((&result["unit"], &result["integral_unit"]), (&"m^3/s".into(), &"m^3".into()));
-    // Where the window does not see the edges it is the leak, or nothing, within its band.
+    // Away from the edges the result equals the leak, or zero, within its band.
     let truth = |t: f64| if (100.0..=200.0).contains(&t) { -0.02 } else { 0.0 };
     let clear = |t: f64| (t - 100.0).abs() > width && (t - 200.0).abs() > width;
     let errors = || {
@@ -105,7 +105,7 @@ fn a_hidden_leak_is_found_with_its_size_and_time() {
     let [window] = result["windows"].as_array().expect("windows").as_slice() else { panic!() };
     let window = numbers(window);
     assert!((window[0] - 100.0).abs() < width && (window[1] - 200.0).abs() < width, "{window:?}");
-    // 2 m³ in all, known to the noise of two readings times the area.
+    // 2 m³ in total; the uncertainty is the noise of two readings times the area.
     let (sum, sum_std) = (column(&result, "integral"), column(&result, "integral_std"));
     let last = times.len() - 1;
     assert!((sum[last] + 2.0).abs() < 4.0 * sum_std[last], "{}", sum[last]);
@@ -117,7 +117,7 @@ fn the_band_is_what_repetitions_scatter_by() {
     let args = ["--for", "level", "--bandwidth", "8 s", "--format", "json"];
     let (mut all, mut std) = (Vec::new(), 0.0);
     for seed in 1..40 {
-        // The same times, other noise: those of the first seed.
+        // The same times with other noise.
         let times: Vec<String> = tank_data(1, 0.0).lines().skip(1).map(str::to_owned).collect();
         let mut random = Noise(1000 + seed);
         let mut data = "time [s],h [m],q_in [m^3/s]\n".to_owned();
@@ -135,14 +135,14 @@ fn the_band_is_what_repetitions_scatter_by() {
     }
     let mean = all.iter().sum::<f64>() / all.len() as f64;
     let scatter = rms(all.iter().map(|value| value - mean));
-    // 39 repetitions know it to a ninth.
+    // 39 repetitions determine the scatter to a ninth.
     assert!((scatter / std - 1.0).abs() < 0.4, "{scatter} and {std}");
     assert!(mean.abs() < 4.0 * std / (all.len() as f64).sqrt() + 1e-4, "{mean}");
 }
 
 #[test]
 fn the_bandwidth_can_be_asked_for_and_averages() {
-    // Without noise: the mean of the leak over the window around its beginning is half of it.
+    // Without noise: the mean over a window centred on the beginning of the leak is half of it.
     let folder = folder(TANK, &tank_data(5, 0.0));
     let args = ["--for", "level", "--bandwidth", "20s", "--unit", "lpm", "--format", "json"];
     let result = invert(&folder, &args).done().json();
@@ -173,7 +173,7 @@ fn what_is_not_measured_is_named() {
     let without = data.replace("h [m],", "other [m],");
     let folder_without = folder(TANK, &without);
     invert(&folder_without, &["--for", "level"]).refused(3, &["`level`", "`h`", "not measured"]);
-    // By its pressure it is.
+    // The pressure is measured.
     let by_pressure = TANK.replace("output h [m] noise 2 [mm]\n", "");
     let pressures: Vec<String> = data
         .lines()
@@ -211,7 +211,7 @@ fn what_is_not_measured_is_named() {
 
 #[test]
 fn an_unknown_may_follow_from_another_equation() {
-    // The flow is not metered, and follows from the level by the law of the outlet.
+    // The flow is not measured, and follows from the level by the law of the outlet.
     let outlet = "\
 model outlet
 input q_in [m^3/s] linear
@@ -228,14 +228,14 @@ output h [m] noise 2 [mm]
         signals.find(|signal| signal["unknown"] == name).expect("the signal")["from"][0].clone()
     };
     assert_eq!((signal("h"), signal("q")), ("h".into(), "equation law".into()));
-    // What was 0.04 is now 0.04 √h: more by 0.04 (√h − 1) is missing than the leak.
+    // The constant 0.04 is now 0.04 √h, so 0.04 (√h − 1) is missing in addition to the leak.
     let (times, missing) = (numbers(&result["time"]), column(&result, "missing"));
     let k = times.partition_point(|t| *t < 60.0);
     let h: f64 = 1.0 + 0.01 * 60.0 / 2.0;
     assert!((missing[k] - 0.04 * (h.sqrt() - 1.0)).abs() < 0.003, "{}", missing[k]);
-    // The law itself cannot be inverted: nothing else gives the flow.
+    // The law itself cannot be inverted, because no other equation gives the flow.
     invert(&folder, &["--for", "law"]).refused(3, &["`law`", "`q`", "not measured"]);
-    // Metered, it can: 0.04 less the law is what it lacks, and an algebraic equation sums nothing up.
+    // With a flow meter it can: the term is 0.04 minus the law, and an algebraic equation has no integral.
     let metered = outlet.to_owned() + "output q [m^3/s] noise 1e-4 [m^3/s]\n";
     let rows = tank_data(3, 0.002);
     let rows = rows.lines().enumerate();
@@ -246,8 +246,8 @@ output h [m] noise 2 [mm]
     let args = ["--for", "law", "--bandwidth", "5s", "--format", "json"];
     let result = invert(&metered, &args).done().json();
     assert_eq!(result["integral_unit"], Value::Null);
-    let found = column(&result, "missing")[k];
-    assert!((found - 0.04 * (1.0 - h.sqrt())).abs() < 5e-4, "{found}");
+    let value = column(&result, "missing")[k];
+    assert!((value - 0.04 * (1.0 - h.sqrt())).abs() < 5e-4, "{value}");
 }
 
 /// Columns of a table of the repository, by name without unit.
@@ -265,8 +265,9 @@ fn table(text: &str) -> impl Fn(&str) -> Vec<f64> + use<> {
         .map(|row| row.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect())
         .collect();
     move |name| {
-        let at = heads.iter().position(|head| head == name).unwrap_or_else(|| panic!("{name}"));
-        rows.iter().map(|row| row[at]).collect()
+        let value_at =
+            heads.iter().position(|head| head == name).unwrap_or_else(|| panic!("{name}"));
+        rows.iter().map(|row| row[value_at]).collect()
     }
 }
 
@@ -280,7 +281,7 @@ fn unzipped(file: &str) -> String {
 
 #[test]
 fn the_flow_that_the_riser_misses_is_the_true_one() {
-    // Equation 3.10 of the thesis, on a stop and a restart of the booster pump; true flows stand beside.
+    // Equation 3.10 of the thesis, for a stop and a restart of the booster pump; the recording has the true flows.
     let window = ["--from", "440", "--until", "1440", "--with-estimate", "--format", "json"];
     let model = ["invert", "examples/thesis/riser_and_booster.dgd", "--variant", "line=none"];
     let data = ["--data", "data/booster_restarts.csv.gz", "--for", "riser", "--unit", "lpm"];
@@ -291,18 +292,19 @@ fn the_flow_that_the_riser_misses_is_the_true_one() {
         table(&unzipped("data/booster_restarts.csv.gz")),
     );
     let (true_times, delivered, calculated) = (truth("time"), truth("q_bo"), recording("q_boost"));
-    let at = |t: f64| true_times.partition_point(|own| *own < t);
-    let wanted: Vec<f64> = times.iter().map(|t| calculated[at(*t)] - delivered[at(*t)]).collect();
+    let value_at = |t: f64| true_times.partition_point(|own| *own < t);
+    let wanted: Vec<f64> =
+        times.iter().map(|t| calculated[value_at(*t)] - delivered[value_at(*t)]).collect();
     let size = rms(wanted.iter().copied());
     let off = rms(missing.iter().zip(&wanted).map(|(found, wanted)| found - wanted));
     assert!(off < 0.2 * size, "{off} lpm of {size}");
-    // The smoother of discoveries says the same.
+    // The smoothed estimate of discoveries agrees.
     let estimate = column(&result, "estimate");
     let apart = rms(missing.iter().zip(&estimate).map(|(found, estimate)| found - estimate));
     assert!(apart < 0.1 * size, "{apart} lpm of {size}");
-    // By hand, in cubic metres: θ ∫ q_ssp − ∫ q_boost − ∫ q_tf − A_r Δh.
+    // Computed independently, in cubic metres: θ ∫ q_ssp − ∫ q_boost − ∫ q_tf − A_r Δh.
     let [q, boost, fill, p] = ["q_ssp", "q_boost", "q_tf", "p_r"].map(&recording);
-    let (first, last) = (at(440.0), at(times[times.len() - 1]));
+    let (first, last) = (value_at(440.0), value_at(times[times.len() - 1]));
     let flow = |k: usize| (0.951 * q[k] - boost[k] - fill[k]) / 60_000.0;
     let flown: f64 = (first..last).map(|k| 0.5 * (flow(k) + flow(k + 1))).sum();
     let area = std::f64::consts::FRAC_PI_4 * (19.75_f64 * 0.0254).powi(2);

@@ -1,4 +1,4 @@
-//! `dgd job`: pieces of work whose results are there whole or not, whoever is ended on the way.
+//! `dgd job`: results of pieces are complete or absent, whichever process is killed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -19,7 +19,7 @@ const CUP: &str = "model cup\n\
     equation cooling: tau*der(T) = -T\n\
     output T [K] noise 0.1\n";
 
-/// A cup that cools, by its closed formula, with noise.
+/// A cup that cools, in closed form, with noise.
 fn cup(tau: f64, seed: u64) -> String {
     let mut normal = Normal::new(seed);
     let row = |k: u32| {
@@ -29,17 +29,17 @@ fn cup(tau: f64, seed: u64) -> String {
     std::iter::once("time [s],T [K]\n".to_owned()).chain((0..60).map(row)).collect()
 }
 
-/// A job of so many wells; what is done with each is JSON.
+/// A job with this many wells; its tasks are JSON.
 fn job(wells: usize, todo: &Value) -> TempDir {
     let folder = folder_with(&[("cup.dgd", CUP.as_bytes())]);
-    let mut all = serde_json::Map::new();
+    let mut entries = serde_json::Map::new();
     for k in 0..wells {
         let name = format!("w{k:03}.csv");
         let text = cup(80.0 + k as f64, 1 + k as u64);
         fs::write(folder.path().join(&name), text).expect("the folder is writable");
-        all.insert(format!("W-{k}"), json!(name));
+        entries.insert(format!("W-{k}"), json!(name));
     }
-    let job = json!({ "model": "cup.dgd", "do": todo, "wells": all });
+    let job = json!({ "model": "cup.dgd", "do": todo, "wells": entries });
     fs::write(folder.path().join("job.json"), job.to_string()).expect("the folder is writable");
     folder
 }
@@ -55,9 +55,9 @@ fn status(folder: &TempDir) -> Value {
     status
 }
 
-/// All results of a folder, by their paths in it. No draft may be among them.
+/// All results of a folder, by relative path. Temporary files must not be among them.
 fn results(into: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
+    let mut result = BTreeMap::new();
     let mut folders = vec![into.to_owned()];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
@@ -65,13 +65,13 @@ fn results(into: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             if path.is_dir() {
                 folders.push(path);
             } else {
-                // A draft may have become a result in the meantime.
+                // A temporary file may have become a result in the meantime.
                 let Ok(bytes) = fs::read(&path) else { continue };
-                found.insert(path.strip_prefix(into).expect("below").to_owned(), bytes);
+                result.insert(path.strip_prefix(into).expect("below").to_owned(), bytes);
             }
         }
     }
-    found
+    result
 }
 
 fn is_draft(path: &Path) -> bool {
@@ -102,7 +102,7 @@ fn pieces_are_computed_once_and_are_what_the_command_says() {
         let alone = dgd_in(folder.path(), &words).done().json();
         assert_eq!(document["result"], alone, "{}", path.display());
     }
-    // Another place has the same names and the same bytes.
+    // Another folder gives the same names and the same bytes.
     let copy = job(3, &todo);
     run_in(&copy, &["--workers", "1"]).done();
     assert_eq!(results(&copy.path().join("out")), first);
@@ -141,11 +141,11 @@ fn starts_and_replicates_of_pieces_are_those_of_one_fit() {
     let fit = ["fit", "cup.dgd", "--data", "w000.csv", "--format", "json"];
     let whole = |more: &[&str]| dgd_in(folder.path(), &[&fit, more].concat()).done().json();
     let starts = whole(&["--starts", "4"]);
-    let of = |document: &&Value| document["piece"]["kind"]["start"].is_object();
-    let deviances = documents.iter().filter(of).map(|one| one["result"]["deviance"].as_f64());
+    let value_of = |document: &&Value| document["piece"]["kind"]["start"].is_object();
+    let deviances = documents.iter().filter(value_of).map(|one| one["result"]["deviance"].as_f64());
     let least = deviances.map(|one| one.expect("a number")).fold(f64::INFINITY, f64::min);
     assert_eq!(Some(least), starts["deviance"].as_f64());
-    // The percentiles of all replicates, put together by the report.
+    // The percentiles of all replicates, merged by the report.
     let bootstrap = &whole(&["--bootstrap", "45"])["bootstrap"]["estimates"]["tau"]["interval"];
     let report = ["job", "report", "job.json", "--into", "out", "--format", "json"];
     let report = dgd_in(folder.path(), &report).done().json();
@@ -167,19 +167,19 @@ fn a_piece_that_fails_has_a_result_and_stops_nobody() {
         (&failed["done"], &failed["failed"], &failed["open"]),
         (&json!(1), &json!(2), &json!(0))
     );
-    let said = dgd_in(folder.path(), &["job", "status", "job.json", "--into", "out"]).done().out;
-    assert!(said.contains("dgd fit cup.dgd --data w001.csv"), "{said}");
+    let text = dgd_in(folder.path(), &["job", "status", "job.json", "--into", "out"]).done().out;
+    assert!(text.contains("dgd fit cup.dgd --data w001.csv"), "{text}");
     assert!(failed["failures"][0]["error"].as_str().is_some_and(|error| error.contains("E6")));
     for (path, bytes) in results(&folder.path().join("out")) {
         if path.starts_with("failed") {
             assert_is("job_piece", &serde_json::from_slice(&bytes).expect("JSON"));
         }
     }
-    // A rerun leaves them, unless it is asked to.
+    // Another run leaves them, unless `--retry` is given.
     let again = run_in(&folder, &["--format", "json"]);
     assert_eq!(again.json()["computed"], 0);
     assert_eq!(run_in(&folder, &["--retry", "--format", "json"]).json()["computed"], 2);
-    // What was mended is other work, and done.
+    // A corrected recording is a new piece, and done.
     fs::write(&file, cup(90.0, 3)).expect("writable");
     assert_eq!(status(&folder)["open"], 1);
 }
@@ -242,7 +242,8 @@ fn begun(folder: &TempDir) -> Child {
     run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the command starts")
 }
 
-/// Whatever is killed, a run or one of its children: the same bytes, nothing computed twice, and a rerun computes nothing.
+/// Whichever process is killed, a run or one of its children: the bytes are the same, no piece is computed twice, and
+/// another run computes nothing.
 #[test]
 #[cfg(target_os = "linux")]
 fn ten_kills_at_random_moments_change_nothing() {
@@ -262,7 +263,7 @@ fn ten_kills_at_random_moments_change_nothing() {
         if run.try_wait().expect("a child").is_some() {
             break;
         }
-        // Now the run, now one of its children.
+        // Alternately the run and one of its children.
         if kills % 2 == 0 {
             kill(run.id());
             run.wait().expect("it ends");
@@ -321,22 +322,22 @@ fn children_end_within_a_second_of_their_parent() {
     let mut run = begun(&folder);
     let is_there = |id: &u32| {
         let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
-        // One that nobody has waited for has ended all the same.
+        // A zombie process has ended.
         status.lines().any(|line| line.starts_with("State:") && !line.contains('Z'))
     };
-    let mut found = Vec::new();
+    let mut entries = Vec::new();
     let began = Instant::now();
-    while found.len() < 2 && began.elapsed() < Duration::from_secs(20) {
-        found = children(run.id());
+    while entries.len() < 2 && began.elapsed() < Duration::from_secs(20) {
+        entries = children(run.id());
     }
     // In the middle of their work.
     std::thread::sleep(Duration::from_millis(300));
-    assert!(found.len() == 2 && found.iter().all(is_there));
+    assert!(entries.len() == 2 && entries.iter().all(is_there));
     kill(run.id());
     let killed = Instant::now();
     run.wait().expect("it ends");
-    while found.iter().any(is_there) {
-        assert!(killed.elapsed() < Duration::from_secs(1), "{found:?} are still there");
+    while entries.iter().any(is_there) {
+        assert!(killed.elapsed() < Duration::from_secs(1), "{entries:?} are still there");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -356,8 +357,8 @@ fn a_discovery_says_what_a_well_lacks_since_when_and_has_the_corrected_model() {
     let lacks = &report["wells"][0]["lacks"][0];
     assert_eq!((&lacks["name"], &lacks["since"]), (&json!("leak_lower"), &json!("2024-01")));
     assert_eq!(report["missing"][0]["wells"], json!(["T-1"]));
-    let all = results(&folder.path().join("out/done"));
-    let document = all.into_values().next().expect("a result");
+    let entries = results(&folder.path().join("out/done"));
+    let document = entries.into_values().next().expect("a result");
     let document: Value = serde_json::from_slice(&document).expect("JSON");
     assert_is("job_piece", &document);
     let corrected = document["files"]["two_tanks.dgd"].as_str().expect("a model");
@@ -365,7 +366,7 @@ fn a_discovery_says_what_a_well_lacks_since_when_and_has_the_corrected_model() {
     dgd_in(folder.path(), &["check", "tank/corrected.dgd"]).done();
 }
 
-/// A worker as its parent sees it.
+/// A worker, controlled like by its parent.
 struct Worker {
     child: Child,
     answers: BufReader<std::process::ChildStdout>,
@@ -389,7 +390,7 @@ impl Worker {
     }
 }
 
-/// The first piece of a job as a worker is asked for it.
+/// The request to a worker for the first piece of a job.
 fn task(folder: &TempDir) -> Value {
     let listed = dgd_in(folder.path(), &["job", "tasks", "job.json", "--into", "out"]).done().out;
     let line: Value = serde_json::from_str(listed.lines().nth(1).expect("a piece")).expect("JSON");
@@ -401,7 +402,7 @@ fn task(folder: &TempDir) -> Value {
 fn a_piece_that_needs_too_much_memory_fails_with_a_word() {
     let folder = job(1, &json!([{ "kind": "replicates", "count": 3000 }]));
     let mut task = task(&folder);
-    // Any process of dgd has more.
+    // Any process of dgd uses more.
     task["memory"] = json!(1_000_000);
     let mut worker = Worker::start(folder.path());
     let answer = worker.ask(&json!({ "perform": task }));
@@ -410,7 +411,7 @@ fn a_piece_that_needs_too_much_memory_fails_with_a_word() {
     let failed = status(&folder);
     let error = failed["failures"][0]["error"].as_str().expect("a reason");
     assert!(error.contains("1 MB") && error.contains("--memory"), "{error}");
-    // With more it is done.
+    // With a larger limit it is done.
     let run = run_in(&folder, &["--retry", "--memory", "8GB", "--format", "json"]).done().json();
     assert_eq!((&run["computed"], &run["failed"]), (&json!(1), &json!(0)));
     assert_eq!(status(&folder)["done"], 1);
@@ -426,7 +427,7 @@ fn a_worker_answers_what_it_is_asked_and_says_which_build_it_is() {
     assert!(worker.ask(&json!("what?"))["refused"].is_string());
     let task = task(&folder);
     assert_eq!(worker.ask(&json!({ "perform": task }))["done"], task["name"]);
-    // One that was given up elsewhere has a result, too.
+    // A piece that another run has given up has a result as well.
     let mut lost = task.clone();
     lost["name"] = json!("ff".repeat(16));
     lost["given_up"] = json!("its worker was ended");
@@ -444,7 +445,7 @@ fn a_report_says_which_wells_are_unlike_and_which_have_moved() {
         let mut occasions = Vec::new();
         for (year, factor) in [("2023", 1.0), ("2024", if k == 5 { 1.05 } else { 1.0 })] {
             let usual = 100.0 + 2.0 * normal.next();
-            // One well is another kind of cup, one has changed.
+            // One well is a different kind of cup, and one has changed.
             let tau = if k == 11 { 160.0 } else { 100.0 } * factor + 0.001 * usual;
             let name = format!("w{k}_{year}.csv");
             let seed = 1 + 2 * k + u64::from(year == "2024");
@@ -457,9 +458,9 @@ fn a_report_says_which_wells_are_unlike_and_which_have_moved() {
     fs::write(folder.path().join("job.json"), job.to_string()).expect("writable");
     run_in(&folder, &[]).done();
     let words = ["job", "report", "job.json", "--into", "out", "-o", "fleet"];
-    let said = dgd_in(folder.path(), &words).done().out;
-    assert!(said.contains("W-5: `tau` moved by"), "{said}");
-    assert!(said.contains("W-11: unlike the other wells"), "{said}");
+    let report = dgd_in(folder.path(), &words).done().out;
+    assert!(report.contains("W-5: `tau` moved by"), "{report}");
+    assert!(report.contains("W-11: unlike the other wells"), "{report}");
     let names: BTreeSet<PathBuf> = results(&folder.path().join("fleet")).into_keys().collect();
     let expected = ["index.html", "result.json", "wells.csv", "wells_1.html"].map(PathBuf::from);
     assert_eq!(names, expected.into());

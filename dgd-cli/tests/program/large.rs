@@ -1,4 +1,4 @@
-//! `--memory`: data that are larger than what a command may hold, and the same result to the byte.
+//! `--memory`: data beyond the memory limit, with a bitwise identical result.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::support::{Run, command, dgd_in};
 
-/// A plate with a heater that goes on and off every hour, just in front of a sample, which then holds for the second that follows.
+/// A plate with a heater that switches every hour, just before a sample, which is then held for the following second.
 const HEATER: &str = include_str!("../models/heater.dgd");
 
 /// The same with the heater's power from the data.
@@ -17,10 +17,10 @@ const HEATED: &str = include_str!("../models/heated.dgd");
 /// Rows of the recording.
 const ROWS: usize = 3_000_000;
 
-/// What a command may hold, and what its data take several times.
+/// The memory limit; the data take several times as much.
 const MEMORY: u64 = 150_000_000;
 
-/// Runs a command; the second is how many bytes it held at most.
+/// Runs a command; also returns its peak memory in bytes.
 fn watched(folder: &Path, args: &[&str]) -> (Run, u64) {
     let mut command = command(folder, args);
     let mut child =
@@ -62,12 +62,12 @@ fn a_recording_larger_than_what_may_be_held_is_simulated_and_fitted() {
 
     let fit = ["fit", "heated.dgd", "--data", "a.parquet", "--format", "json"];
     let (run, most) = watched(folder.path(), &[&fit[..], &bounded].concat());
-    let found = run.done();
+    let outcome = run.done();
     assert!(most < MEMORY, "the fit held {most} bytes");
     let (run, most) = watched(folder.path(), &[&fit[..], &["--threads", "1"]].concat());
     assert!(most > 2 * MEMORY, "the test is too small: {most} bytes are enough");
-    assert!(found.out == run.done().out, "the fit's bytes are others");
-    let result = found.json();
+    assert!(outcome.out == run.done().out, "the fit's bytes are others");
+    let result = outcome.json();
     for (name, value) in [("tau", 400.0), ("gain", 0.5)] {
         let one = &result["parameters"][name];
         let (at, std) = (one["value"].as_f64().expect("SI"), one["std"].as_f64().expect("SI"));

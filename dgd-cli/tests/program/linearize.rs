@@ -1,4 +1,4 @@
-//! `dgd linearize`: matrices worked out by hand, poles, steady states, and what cannot be had.
+//! `dgd linearize`: matrices computed by hand, poles, steady states, and impossible requests.
 
 use std::fs;
 
@@ -51,7 +51,7 @@ fn assert_matrix(found: &[Vec<f64>], expected: &[&[f64]], relative: f64) {
     }
 }
 
-/// The reduced model (2.32)–(2.33) by hand, at the steady state of given speed and flows.
+/// The reduced model (2.32)–(2.33), derived by hand, at the steady state for a given speed and flows.
 struct ByHand {
     flow: f64,
     level: f64,
@@ -68,7 +68,7 @@ const M: f64 = 1.1e8;
 const C0: f64 = 275.0;
 const C2: f64 = 9.0e3;
 const F2: f64 = 1.75e8;
-/// m³/s in 1 l/min, Pa in 1 bar.
+/// 1 l/min in m³/s, 1 bar in Pa.
 const LPM: f64 = 1e-3 / 60.0;
 const BAR: f64 = 1e5;
 
@@ -117,7 +117,7 @@ fn the_mud_circulation_is_as_worked_out_by_hand() {
         &[&[0.0, inflow, inflow], &[hand.by_speed / 100.0, 0.0, 0.0]],
         tight,
     );
-    // Pressures in bar and the flow in l/min; the pump adds its head behind itself.
+    // Pressures in bar and the flow in l/min; the pump adds its head downstream.
     let weight = -RHO * G / BAR;
     let pump = -2.0 * RHO * G * C2 * hand.flow / BAR;
     assert_matrix(
@@ -139,7 +139,7 @@ fn the_mud_circulation_is_as_worked_out_by_hand() {
     let slow = number(&result["poles"][0]["time_constant"]);
     assert!((slow + 1.0 / (half + root)).abs() < 1e-9, "{slow}");
 
-    // Means: the speed is held, the boost a straight line.
+    // Means: the speed is held, the boost piecewise linear.
     let moving = "time [s],w_ssp [%],q_boost [lpm],q_tf [lpm]\n\
                   0,40,1700,300\n10,60,1800,300\n20,90,1900,300\n";
     let folder = folder_with(&[("data.csv", moving.as_bytes())]);
@@ -158,16 +158,16 @@ fn the_mud_circulation_is_as_worked_out_by_hand() {
         .refused(2, &["`--data FILE`"]);
 }
 
-/// (3.17)–(3.18): the flow follows the level at once.
+/// (3.17)–(3.18): the flow follows the level immediately.
 #[test]
 fn the_static_return_line_is_the_dynamic_one_without_inertia() {
     let folder = folder_with(&[("data.csv", CIRCULATING.as_bytes())]);
     let data = path(&folder, "data.csv");
-    let at = |more: &[&str]| {
+    let value_at = |more: &[&str]| {
         let args = ["linearize", MUD, "--data", &data, "--at", "steady", "--format", "json"];
         json_of(dgd(&[&args, more].concat()))
     };
-    let (moving, still) = (at(&[]), at(&["--variant", "flow=static"]));
+    let (moving, still) = (value_at(&[]), value_at(&["--variant", "flow=static"]));
     assert_eq!(still["eliminated"][0]["name"], "q_ssp");
     assert_eq!(still["eliminated"][0]["by"], "return_line");
     let hand = ByHand::new();
@@ -179,7 +179,7 @@ fn the_static_return_line_is_the_dynamic_one_without_inertia() {
     assert_matrix(&matrix(&still, "C")[3..], &[&[level / LPM]], 1e-12);
     assert_matrix(&matrix(&still, "D")[3..], &[&[speed / 100.0 / LPM, 0.0, 0.0]], 1e-12);
 
-    // What inputs come to in the end is the same: D − C A⁻¹ B.
+    // The static gain of the inputs is the same: D − C A⁻¹ B.
     let moving_gain = gain_of_two(&moving);
     let a = matrix(&still, "A")[0][0];
     let (b, c, d) = (matrix(&still, "B"), matrix(&still, "C"), matrix(&still, "D"));
@@ -203,7 +203,7 @@ fn gain_of_two(result: &Value) -> Vec<Vec<f64>> {
     (0..c.len()).map(|i| (0..b[0].len()).map(|j| gain(i, j)).collect()).collect()
 }
 
-/// Half the step has a quarter of the error: the linear model is right to first order.
+/// Half the step has a quarter of the error: the linear model is correct to first order.
 #[test]
 fn steps_are_answered_alike_to_second_order() {
     let folder = folder_with(&[("data.csv", CIRCULATING.as_bytes())]);
@@ -230,8 +230,8 @@ fn steps_are_answered_alike_to_second_order() {
         let args = ["simulate", MUD, "--data", &step_data, "--every", "10", "--rtol", "1e-10"];
         let sets = ["--set", &start[0], "--set", &start[1]];
         let out = dgd(&[&args[..], &sets].concat()).done().out;
-        // ẋ = A x + B u from rest, by the classical Runge–Kutta method in steps of 0.05 s: good to 1e-9 of
-        // the answer, whose fastest mode takes 6 s.
+        // ẋ = A x + B u from steady state, by the classical Runge–Kutta method with steps of 0.05 s: accurate to 1e-9
+        // of the response, whose fastest mode has 6 s.
         let slope = |x: [f64; 2]| [0, 1].map(|i| a[i][0] * x[0] + a[i][1] * x[1] + b[i][0] * step);
         let ahead = |x: [f64; 2], k: [f64; 2], h: f64| [x[0] + h * k[0], x[1] + h * k[1]];
         let h = 0.05;
@@ -259,7 +259,7 @@ fn steps_are_answered_alike_to_second_order() {
     let (wide, narrow) = (error(0.4), error(0.2));
     for (i, (wide, narrow)) in wide.iter().zip(&narrow).enumerate() {
         let order = (wide / narrow).log2();
-        // The third order takes a little off or adds to it.
+        // The third order contributes slightly.
         assert!((order - 2.0).abs() < 0.05, "output {i}: {wide} and {narrow}");
     }
 }
@@ -324,7 +324,7 @@ d(v)/dt [m/s/s]    -25       -2
     }
 }
 
-/// The same two tanks, with the flows between them as unknowns and put in by hand.
+/// The same two tanks, with the flows between them as unknowns or substituted by hand.
 #[test]
 fn algebraic_unknowns_are_eliminated() {
     let ode = "\
@@ -337,7 +337,7 @@ equation second: 1 [m^2]*der(h_2) = 0.01 [m^2/s]*(h_1 - h_2)/(1 + 0.5) - 0.02 [m
 output q [m^3/s] = 0.01 [m^2/s]*(h_1 - h_2)/(1 + 0.5)
 output out [m^3/s] = 0.02 [m^2/s]*h_2
 ";
-    // q meets a resistance of its own: q + 0.5 q.
+    // q has an additional resistance: q + 0.5 q.
     let dae = "\
 model tanks
 input q_in [m^3/s] linear
@@ -355,15 +355,15 @@ output q [m^3/s]
 output out [m^3/s]
 ";
     let data = "time [s],q_in [m^3/s]\n0,0.01\n50,0.02\n";
-    let of = |text: &str| {
+    let value_of = |text: &str| {
         let folder = folder(text, data);
         let data = path(&folder, "data.csv");
         json_of(run_in(&folder, &["--data", &data, "--at", "20", "--format", "json"]))
     };
-    let (ode, dae) = (of(ode), of(dae));
+    let (ode, dae) = (value_of(ode), value_of(dae));
     let names = |result: &Value| {
-        let all = result["eliminated"].as_array().expect("a list");
-        all.iter().map(|x| x["name"].as_str().expect("a name").to_owned()).collect::<Vec<_>>()
+        let entries = result["eliminated"].as_array().expect("a list");
+        entries.iter().map(|x| x["name"].as_str().expect("a name").to_owned()).collect::<Vec<_>>()
     };
     assert!(names(&ode).is_empty());
     assert_eq!(names(&dae), ["q", "out", "drop"]);
@@ -376,8 +376,8 @@ output out [m^3/s]
 
 #[test]
 fn the_index_is_one_before_anything_is_eliminated() {
-    // Two tanks with one level: of area 5 m², and the flow between them follows its slope. The float is
-    // moved from outside, so that its speed reads the slope of that.
+    // Two tanks with one level and a total area of 5 m²; the flow between them follows its slope. The float is moved
+    // externally, so that its speed contains the slope of that input.
     let folder =
         folder_with(&[("data.csv", b"time [s],q_in [m^3/s],path [m]\n0,0.005,0\n90,0.005,9\n")]);
     let data = path(&folder, "data.csv");
@@ -404,7 +404,7 @@ fn the_index_is_one_before_anything_is_eliminated() {
 
 #[test]
 fn what_acts_late_is_said_and_counts_in_the_poles() {
-    // ẋ = −k x(t − τ): s + k e^(−sτ) = 0, and with kτ = π/2 it swings with 1/k for ever.
+    // ẋ = −k x(t − τ): s + k e^(−sτ) = 0, which oscillates undamped at frequency k for kτ = π/2.
     let late = "\
 model late
 parameter k [1/s] = 0.5
@@ -422,25 +422,25 @@ output seen [m] = delay(x, 2*tau)
     assert_matrix(&matrix(&result, "A"), &[&[0.0]], 0.0);
     assert_matrix(&matrix(&result, "A1"), &[&[-0.5]], 0.0);
     assert_eq!(number(&result["outputs"][1]["delay"]), 2.0);
-    let found = poles(&result);
+    let found_poles = poles(&result);
     // Two pairs are within |s| τ < 12; the next is at 13.9.
-    assert_eq!(found.len(), 4, "{found:?}");
+    assert_eq!(found_poles.len(), 4, "{found_poles:?}");
     assert_eq!(result["stable"], true);
-    for [re, im] in &found {
+    for [re, im] in &found_poles {
         // s + k e^(−sτ), real and imaginary part.
         let size = 0.5 * (-re).exp();
         let rest = (re + size * im.cos()).hypot(im - size * im.sin());
         assert!(rest < 1e-11 * re.hypot(*im), "{re} {im}: {rest}");
     }
     // The first is −W₀(−kτ)/τ of the branch next to zero, as kτ > 1/e: W₀(−1/2) = −0.79402 ± 0.77011 i.
-    assert!((found[0][0] + 0.794_023_6).abs() < 1e-6, "{found:?}");
-    assert!((found[0][1] - 0.770_111_7).abs() < 1e-6, "{found:?}");
+    assert!((found_poles[0][0] + 0.794_023_6).abs() < 1e-6, "{found_poles:?}");
+    assert!((found_poles[0][1] - 0.770_111_7).abs() < 1e-6, "{found_poles:?}");
     let set = format!("k={}", std::f64::consts::FRAC_PI_2);
     let result = json_of(run_in(&folder, &["--at", "steady", "--set", &set, "--format", "json"]));
     let [re, im] = poles(&result)[0];
     assert!(re.abs() < 1e-12 && (im - std::f64::consts::FRAC_PI_2).abs() < 1e-12, "{re} {im}");
 
-    // An input that arrives late is an input of its own.
+    // A delayed input is an input of its own.
     let text = run_in(&folder, &["--at", "3"]).done().out;
     for part in ["x(t - 1 s)", "infinitely many poles", "`seen` is read 2 s late"] {
         assert!(text.contains(part), "no {part:?} in\n{text}");
@@ -481,23 +481,23 @@ output over [m^3/s]
 fn the_mode_that_holds_is_linearised() {
     let folder = folder(VESSEL, "time [s],q_in [m^3/s]\n0,0.1\n2000,0.1\n");
     let data = path(&folder, "data.csv");
-    let at = |t: &str, more: &[&str]| {
+    let value_at = |t: &str, more: &[&str]| {
         let args = ["--data", &data, "--at", t, "--format", "json"];
         json_of(run_in(&folder, &[&args, more].concat()))
     };
-    let early = at("5", &[]);
+    let early = value_at("5", &[]);
     assert_eq!(early["modes"][0]["mode"], "below");
     assert_matrix(&matrix(&early, "A"), &[&[-0.005]], 1e-15);
-    let later = at("500", &[]);
+    let later = value_at("500", &[]);
     assert_eq!(later["modes"][0]["mode"], "spilling");
     assert_matrix(&matrix(&later, "A"), &[&[-0.505]], 1e-15);
 
-    // The mode of the start would rest at 10 m, where it does not hold: 0.1 = 0.01 h + (h − 1.5).
-    let rest = at("steady", &[]);
+    // The initial mode would settle at 10 m, where it does not apply: 0.1 = 0.01 h + (h − 1.5).
+    let rest = value_at("steady", &[]);
     assert_eq!(rest["modes"][0]["mode"], "spilling");
     assert!((number(&rest["states"][0]["value"]) - 1.6 / 1.01).abs() < 1e-12, "{rest}");
-    // With a wide outlet it holds.
-    let rest = at("steady", &["--set", "k=0.2"]);
+    // With a wide outlet it applies.
+    let rest = value_at("steady", &["--set", "k=0.2"]);
     assert_eq!(rest["modes"][0]["mode"], "below");
     assert!((number(&rest["states"][0]["value"]) - 0.5).abs() < 1e-12, "{rest}");
 }
@@ -513,12 +513,12 @@ output T [K]
 ";
     let folder = folder(ROOM, "");
     let model = path(&folder, "model.dgd");
-    let said = dgd(&["linearize", &model, "--at", "15"]).done().out;
-    assert!(said.contains("T - warm at 0: sliding"), "{said}");
-    let found = dgd(&["linearize", &model, "--at", "15", "--format", "json"]).done().json();
-    assert_eq!(found["eliminated"], serde_json::json!([]), "{found}");
-    let said = dgd(&["check", &model]).done().err;
-    assert!(said.contains("1 state, 2 parameters, 1 output"), "{said}");
+    let text = dgd(&["linearize", &model, "--at", "15"]).done().out;
+    assert!(text.contains("T - warm at 0: sliding"), "{text}");
+    let result = dgd(&["linearize", &model, "--at", "15", "--format", "json"]).done().json();
+    assert_eq!(result["eliminated"], serde_json::json!([]), "{result}");
+    let text = dgd(&["check", &model]).done().err;
+    assert!(text.contains("1 state, 2 parameters, 1 output"), "{text}");
     let args = ["simulate", &model, "--until", "20", "--every", "10", "--method", "tsit5"];
     dgd(&args).refused(
         3,
@@ -541,15 +541,15 @@ output h [m]
     let data = path(&folder, "data.csv");
     let run = run_in(&folder, &["--data", &data, "--at", "steady"]);
     run.refused(3, &["no steady state", "`meter`", "`filled`"]);
-    // At a time there is a linear model, and it integrates.
+    // At a time of a run there is a linear model, and it integrates.
     let text = run_in(&folder, &["--data", &data, "--at", "0"]).done().out;
     assert!(text.contains("integrates"), "{text}");
 
-    // x² + 1 has no real root, and x runs away; no equation depends on another.
+    // x² + 1 has no real root, so x diverges; no equation depends on another.
     let away = "model away\nstate x = 1\nequation growth: der(x) = (x^2 + 1)*1 [1/s]\noutput x\n";
     let folder = self::folder(away, "");
     run_in(&folder, &["--at", "steady"]).refused(3, &["no steady state", "`growth`", "`x`"]);
-    // Twice the same equation for what has no derivative.
+    // The same equation twice for unknowns without derivatives.
     let twice = "\
 model twice
 state x = 1
@@ -567,7 +567,7 @@ output y
 
 #[test]
 fn a_model_may_have_several_steady_states() {
-    // Example 2.5 of Seborg, Edgar and Mellichamp: one state on either side of an unstable one.
+    // Example 2.5 of Seborg, Edgar and Mellichamp: a state on either side of an unstable one.
     let folder = folder_with(&[("data.csv", b"time [s],q_f [lpm],T_c [degC]\n0,100,26.85\n")]);
     let data = path(&folder, "data.csv");
     for (start, temperature, is_stable) in [
@@ -578,9 +578,9 @@ fn a_model_may_have_several_steady_states() {
         let args = ["linearize", "models/cstr.dgd", "--data", &data, "--at", "steady"];
         let sets = ["--set", start[0], "--set", start[1], "--format", "json"];
         let result = json_of(dgd(&[&args[..], &sets].concat()));
-        let found = number(&result["states"][1]["value"]) + 273.15;
-        assert!((found - temperature).abs() < 0.1, "{found} K");
-        assert_eq!(result["stable"], is_stable, "{found} K");
+        let kelvin = number(&result["states"][1]["value"]) + 273.15;
+        assert!((kelvin - temperature).abs() < 0.1, "{kelvin} K");
+        assert_eq!(result["stable"], is_stable, "{kelvin} K");
     }
 }
 
@@ -598,10 +598,10 @@ fn tables_are_for_people_programs_and_files() {
     // 4 + 2 + 4 + 2 entries.
     assert_eq!(table.lines().count(), 1 + 12);
 
-    let by = |engine: &str| {
+    let run_by = |engine: &str| {
         run_in(&folder, &["--data", &data, "--at", "1", "--engine", engine]).done().out
     };
-    assert_eq!(by("native"), by("interpreter"));
+    assert_eq!(run_by("native"), run_by("interpreter"));
 }
 
 #[test]

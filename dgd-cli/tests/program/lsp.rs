@@ -1,4 +1,4 @@
-//! `dgd lsp`, by a recorded session over standard input and output.
+//! `dgd lsp`: a recorded session over standard input and output.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -10,15 +10,15 @@ use crate::support::{Run, command, root};
 
 /// The messages of a text in the protocol's frames.
 fn messages(mut text: &str) -> Vec<Value> {
-    let mut all = Vec::new();
+    let mut entries = Vec::new();
     while let Some((head, rest)) = text.split_once("\r\n\r\n") {
         let length: usize =
             head.trim_start_matches("Content-Length: ").parse().expect("a length of a message");
-        all.push(serde_json::from_str(&rest[..length]).expect("JSON"));
+        entries.push(serde_json::from_str(&rest[..length]).expect("JSON"));
         text = &rest[length..];
     }
     assert!(text.is_empty(), "nothing but messages is written: {text}");
-    all
+    entries
 }
 
 #[test]
@@ -26,13 +26,13 @@ fn a_recorded_session_is_answered_and_ends() {
     let uri = format!("file://{}/models/pendulum.dgd", root().display());
     let text = "model τ_test\nstate x [m] = 1\nequation e: der(x) = y\n";
     let document = json!({ "uri": uri, "languageId": "dgd", "version": 1, "text": text });
-    let at = json!({ "line": 2, "character": 16 });
+    let position = json!({ "line": 2, "character": 16 });
     let session = [
         json!({ "jsonrpc": "2.0", "id": 1, "method": "initialize", "params": { "capabilities": {} } }),
         json!({ "jsonrpc": "2.0", "method": "initialized", "params": {} }),
         json!({ "jsonrpc": "2.0", "method": "textDocument/didOpen", "params": { "textDocument": document } }),
         json!({ "jsonrpc": "2.0", "id": 2, "method": "textDocument/hover",
-                "params": { "textDocument": { "uri": uri }, "position": at } }),
+                "params": { "textDocument": { "uri": uri }, "position": position } }),
         json!({ "jsonrpc": "2.0", "id": 3, "method": "shutdown" }),
         json!({ "jsonrpc": "2.0", "method": "exit" }),
     ];
@@ -51,8 +51,8 @@ fn a_recorded_session_is_answered_and_ends() {
     stdin.write_all(input.as_bytes()).expect("it reads");
     drop(stdin);
     let run = Run::of(&child.wait_with_output().expect("it ends")).done();
-    let all = messages(&run.out);
-    let answer = |id: u32| all.iter().find(|message| message["id"] == id).expect("an answer");
+    let entries = messages(&run.out);
+    let answer = |id: u32| entries.iter().find(|message| message["id"] == id).expect("an answer");
     assert_eq!(answer(1)["result"]["serverInfo"]["name"], "dgd");
     assert_eq!(answer(1)["result"]["capabilities"]["positionEncoding"], "utf-16");
     let hover = answer(2)["result"]["contents"]["value"].as_str().expect("a text");

@@ -1,4 +1,4 @@
-//! The program, run as its users do.
+//! Tests of the program as its users run it.
 
 #[path = "../../../tests/support/golden.rs"]
 mod golden;

@@ -1,10 +1,10 @@
-//! Mistakes of newcomers: messages show the line as it should stand, and `check --fix` writes it.
+//! Mistakes of newcomers: messages show the corrected line, and `check --fix` writes it.
 
 use std::fs;
 
 use crate::support::{dgd, folder_with, path};
 
-/// A motor as somebody writes it who has not read the manual.
+/// A motor written without having read the manual.
 const FOREIGN: &[u8] = b"\
 model motor
 
@@ -72,8 +72,8 @@ fn one_mistake_has_one_message() {
     let folder = folder_with(&[("motor.dgd", text.as_bytes())]);
     let model = path(&folder, "motor.dgd");
     let run = dgd(&["check", &model, "--format", "json"]);
-    let all = run.json()["diagnostics"].as_array().expect("a list").clone();
-    let helps: Vec<&str> = all.iter().filter_map(|one| one["help"].as_str()).collect();
+    let entries = run.json()["diagnostics"].as_array().expect("a list").clone();
+    let helps: Vec<&str> = entries.iter().filter_map(|one| one["help"].as_str()).collect();
     assert_eq!(
         helps,
         [
@@ -82,7 +82,7 @@ fn one_mistake_has_one_message() {
             "write `equation b: J*der(w) = K*i - b*w - load`",
         ]
     );
-    assert!(all.iter().all(|one| one["fix"]["safe"] == true && one["fix"]["edits"].is_array()));
+    assert!(entries.iter().all(|one| one["fix"]["safe"] == true && one["fix"]["edits"].is_array()));
     dgd(&["check", &model, "--fix"]).done();
 }
 

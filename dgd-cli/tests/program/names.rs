@@ -1,5 +1,5 @@
-//! `dgd discover` on rigs that have nothing to do with drilling: the right name, no effect that vanishes, and
-//! sentences that agree with the numbers beside them.
+//! `dgd discover` on rigs other than drilling: it names the right effect, accounts for every effect, and its sentences
+//! agree with the numbers.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::support::{dgd, folder_with, path, root};
 
-/// A discovery in one of the cases, and what it says.
+/// The result of a discovery in one of the cases.
 fn found(case: &str, model: &str, [train, valid]: [&str; 2], more: &[&str]) -> Value {
     let file =
         |name: &str| root().join("tests/defects").join(case).join(name).display().to_string();
@@ -60,7 +60,7 @@ pub(crate) fn nothing_vanishes(result: &Value, folder: &Path) {
     }
 }
 
-/// Numbers in a text, without those within backticks.
+/// Numbers in a text outside backticks.
 fn numbers(text: &str) -> Vec<f64> {
     let outside = text.split('`').step_by(2).collect::<Vec<_>>().join(" ");
     let is_of_number = |c: char| c.is_ascii_digit() || c == '.';
@@ -70,11 +70,11 @@ fn numbers(text: &str) -> Vec<f64> {
         .collect()
 }
 
-/// The reason has the numbers of the ranking, and says that nothing helps only where nothing does.
+/// The reason has the numbers of the ranking, and claims that nothing helps only if nothing does.
 #[track_caller]
 fn sentences_agree(result: &Value) {
     let reason = text(&result["reason"]);
-    let said = numbers(reason);
+    let quoted = numbers(reason);
     let ranking = list(result, "ranking");
     let effects = |row: &Value| -> Vec<String> {
         list(row, "effects").iter().map(|name| text(name).to_owned()).collect()
@@ -84,8 +84,8 @@ fn sentences_agree(result: &Value) {
     let has = |row: &Value| {
         for key in ["train", "valid"] {
             let Some(square) = square(row, key) else { continue };
-            let is_it = |said: &f64| (said / square - 1.0).abs() < 0.011;
-            assert!(said.iter().any(is_it), "{key} {square} is not in: {reason}");
+            let is_it = |number: &f64| (number / square - 1.0).abs() < 0.011;
+            assert!(quoted.iter().any(is_it), "{key} {square} is not in: {reason}");
         }
     };
     has(base);
@@ -121,12 +121,12 @@ fn effects_that_replace_the_same_are_screened_apart() {
     let [value, std] = ["value", "std"].map(|key| inhibition[key].as_f64().expect("a number"));
     assert!((value - 0.25).abs() < 4.0 * std && std < 0.01, "{inhibition}");
     nothing_vanishes(&result, &root().join("tests/defects/bioreactor/effects"));
-    // Among others it promises what it promises by itself.
+    // Among other effects its promise is the same as alone.
     let file = |name: &str| root().join("tests/defects/bioreactor").join(name);
     let read = |name: &str| fs::read(file(name)).expect("a file");
     let folder = folder_with(&[("bio.dgd", &read("bio.dgd"))]);
-    let own = folder_with(&[("haldane.dgd", &read("effects/haldane.dgd"))]);
-    let (model, effects) = (path(&folder, "bio.dgd"), own.path().display().to_string());
+    let library = folder_with(&[("haldane.dgd", &read("effects/haldane.dgd"))]);
+    let (model, effects) = (path(&folder, "bio.dgd"), library.path().display().to_string());
     let data = file("train.csv.gz").display().to_string();
     let args = ["discover", &model, "--data", &data, "--effects", &effects, "--format", "json"];
     let alone = dgd(&args).done().json();
@@ -174,10 +174,10 @@ fn what_a_model_that_runs_away_lacks_is_found_along_the_readings() {
     let first = &list(&result, "unexplained")[0];
     assert_eq!(first["target"], "eff");
     let closest = &list(first, "together")[0];
-    let said = [text(&closest["quantity"]), text(&closest["course"])];
-    assert_eq!(said, ["z", "falls"]);
+    let text = [text(&closest["quantity"]), text(&closest["course"])];
+    assert_eq!(text, ["z", "falls"]);
     assert!(closest["r2_held_out"].as_f64() > Some(0.9), "{closest}");
-    // However far the model runs away, nothing is named for staying nearer.
+    // A runaway model must not name an effect for staying closer.
     let file = |name: &str| root().join("tests/defects/height").join(name).display().to_string();
     let [model, train, valid] = ["quad.dgd", "train.csv.gz", "valid.csv.gz"].map(file);
     let args = ["discover", &model, "--data", &train, "--valid", &valid, "--until", "100"];
@@ -194,20 +194,20 @@ fn templates_and_effects_that_are_not_tried_have_a_reason() {
                      replace output y by y + o\n";
     let model = fs::read(root().join("tests/defects/tank/tank3.dgd")).expect("a model");
     let folder = folder_with(&[("tank3.dgd", &model)]);
-    let own = folder_with(&[("stray.dgd", stray), ("pressure.dgd", pressure)]);
+    let library = folder_with(&[("stray.dgd", stray), ("pressure.dgd", pressure)]);
     let data = root().join("tests/defects/tank/a.csv.gz").display().to_string();
-    let (model, effects) = (path(&folder, "tank3.dgd"), own.path().display().to_string());
+    let (model, effects) = (path(&folder, "tank3.dgd"), library.path().display().to_string());
     let goal = path(&folder, "found");
     let args = ["discover", &model, "--data", &data, "--effects", &effects, "--until", "1500"];
     let run = dgd(&[&args[..], &["-o", &goal]].concat()).done();
     let result = fs::read_to_string(Path::new(&goal).join("result.json")).expect("a result");
     let result: Value = serde_json::from_str(&result).expect("JSON");
     sentences_agree(&result);
-    nothing_vanishes(&result, own.path());
+    nothing_vanishes(&result, library.path());
     for words in ["`stray` is for the model `other`", "`pressure` finds nothing in the model"] {
         assert!(run.out.contains(words), "no {words:?} in\n{}", run.out);
     }
-    // The ambient temperature does not move so early on.
+    // The ambient temperature does not change this early.
     let is_it = |row: &&Value| row["name"] == "input_gain(T_amb)";
     let row = list(&result, "not_tried").iter().find(is_it).expect("it has a reason");
     let why = text(&row["reason"]);
@@ -226,6 +226,6 @@ fn templates_and_effects_that_are_not_tried_have_a_reason() {
         let is_known = in_list("screened") || in_list("not_tried") || in_ranking(template);
         assert!(is_known, "{template} is nowhere");
     }
-    // A lag of the probe begins at a reading that only a fit can find.
+    // A lag of the probe has an initial value that only a fit can find.
     assert!(in_ranking("sensor_lag(T)"));
 }

@@ -1,4 +1,4 @@
-//! Numbers on the command line that no option can take.
+//! Numbers on the command line that no option accepts.
 
 use crate::support::dgd;
 
@@ -47,7 +47,7 @@ fn numbers_that_make_no_sense_are_wrong_usage_and_the_option_is_named() {
     for (command, more, option, values, part) in cases {
         for value in values {
             let args = [&[command, MODEL, "--data", DATA], more, &[option, value]].concat();
-            // Fits name the recording that is left without samples, and `--until` with it.
+            // Fits name the recording without samples, together with `--until`.
             dgd(&args).refused(2, &[option, part]);
         }
     }

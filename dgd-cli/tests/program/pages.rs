@@ -1,4 +1,4 @@
-//! Pages: each command writes one that stands by itself, has the numbers of the result, and takes names as names.
+//! Pages: each command writes a self-contained one with the numbers of the result, and escapes names.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -18,7 +18,7 @@ equation tank: tau * der(x) = u - x
 output y [bar] = 1 [bar] * x  noise 0.01 [bar]
 ";
 
-/// What the tank does with tau = 20 s, read every two seconds with a small error that alternates.
+/// The tank with tau = 20 s, sampled every two seconds with a small alternating error.
 fn recording() -> String {
     let (mut x, mut text) = (2.0_f64, "time [s],u [1],y [bar]\n".to_owned());
     for k in 0..300 {
@@ -45,16 +45,16 @@ fn data(page: &str) -> Value {
     serde_json::from_str(json).expect("they are JSON")
 }
 
-/// The columns of the series of a name in a panel of a title.
+/// The series with this name in the panel with this title.
 fn series(page: &str, title: &str, name: &str) -> [Vec<f64>; 2] {
     let data = data(page);
     let figures = data["figures"].as_array().expect("figures");
     let panels = figures.iter().flat_map(|figure| figure["panels"].as_array().expect("panels"));
-    let own = panels.filter(|panel| panel["title"] == title);
-    let mut all = own.flat_map(|panel| panel["series"].as_array().expect("series"));
-    let found = all.find(|one| one["name"] == name).unwrap_or_else(|| panic!("no {name}"));
+    let expected = panels.filter(|panel| panel["title"] == title);
+    let mut entries = expected.flat_map(|panel| panel["series"].as_array().expect("series"));
+    let result = entries.find(|one| one["name"] == name).unwrap_or_else(|| panic!("no {name}"));
     ["x", "y"].map(|axis| {
-        let place = found[axis].as_u64().expect("a place") as usize;
+        let place = result[axis].as_u64().expect("a place") as usize;
         let column = data["columns"][place].as_array().expect("a column");
         column.iter().map(|value| value.as_f64().unwrap_or(f64::NAN)).collect()
     })
@@ -78,7 +78,7 @@ fn each_command_writes_a_page_that_stands_by_itself() {
         let (head, _) = text.split_once("<body>").expect("a body");
         assert!(head.contains("default-src 'none'; script-src 'sha256-"), "{command}");
         assert!(text.contains("<h1") && text.contains("</svg>"), "{command}");
-        // The same again, from what.
+        // The command and the digests of its inputs.
         assert!(text.contains(&format!("dgd {command} m.dgd --data d.csv")), "{command}");
         assert_eq!(text.matches("fnv1a-128:").count(), 2, "{command}: of the model and the data");
         let bare = text.len() - data(&text).to_string().len() - text.matches("<svg").count();
@@ -102,7 +102,7 @@ fn a_picture_is_svg_pdf_or_png() {
     dgd_in(folder.path(), &[&["simulate", "m.dgd", "--data", "d.csv"], &plots[..]].concat()).done();
     let pdf = fs::read(folder.path().join("a.pdf")).expect("a picture");
     assert!(pdf.starts_with(b"%PDF-1.4") && pdf.ends_with(b"%%EOF\n"));
-    // The page is as large as the picture, at 96 pixels to an inch and 72 points.
+    // The page size equals that of the picture, at 96 pixels to an inch and 72 points.
     let svg = read(&folder, "a.svg");
     let size = |name: &str| -> f64 {
         let (_, rest) = svg.split_once(&format!(" {name}=\"")).expect(name);
@@ -151,7 +151,7 @@ fn an_array_is_a_heat_map_over_place_and_time() {
         }
     }
     let svg = read(&folder, "l.svg");
-    // The scale's lowest and highest colour.
+    // The lowest and highest colour of the scale.
     assert!(svg.contains("#00204d") && svg.contains("#ffea46"), "{svg}");
 }
 
@@ -168,7 +168,7 @@ fn a_page_has_the_numbers_of_the_table() {
     for (shown, value) in simulated.iter().zip(&column_of_y) {
         assert!((shown - value).abs() < 1e-5, "{shown} {value}");
     }
-    // tau = 10 s where 20 s is true: Ljung's fit, worked out here.
+    // tau = 10 s where 20 s is true: Ljung's fit, computed here.
     let [_, measured] = series(&page, "y", "measured");
     let mean = measured.iter().sum::<f64>() / measured.len() as f64;
     let squares: f64 = measured.iter().zip(&column_of_y).map(|(y, w)| (y - w).powi(2)).sum();
@@ -230,19 +230,19 @@ fn the_page_of_a_fit_says_what_to_believe() {
     // The page and the result have the same autocorrelation and fit.
     let quality = &result["outputs"]["y"]["quality"]["train"];
     let [_, shown] = series(&page, "y", "correlation");
-    let found: Vec<f64> = quality["whiteness"]["autocorrelation"]
+    let result: Vec<f64> = quality["whiteness"]["autocorrelation"]
         .as_array()
         .expect("correlations")
         .iter()
         .map(|r| r.as_f64().expect("a number"))
         .collect();
     assert!(
-        shown.len() == found.len() && shown.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-5)
+        shown.len() == result.len() && shown.iter().zip(&result).all(|(a, b)| (a - b).abs() < 1e-5)
     );
     let fit_percent = quality["fit_percent"].as_f64().expect("a fit");
     assert!(page.contains(&format!(">{fit_percent:.2}</td>")), "{fit_percent}");
 
-    // Of estimators that do not simulate the rows are shown, too.
+    // Estimators that do not simulate also show rows.
     let (run, page, _) = fit("rows", &["--estimator", "separable", "--fix", "idle"]);
     run.done();
     assert!(page.contains("By rows, as the estimator sees them"));

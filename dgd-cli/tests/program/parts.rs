@@ -1,4 +1,4 @@
-//! Models with parts on the command line: names with points in settings, variants, data and results.
+//! Models with parts on the command line: dotted names in settings, variants, data and results.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -65,14 +65,14 @@ fn names_with_points_are_names() {
     let args = ["simulate", &model, "--data", &data];
     let more = ["--set", "lower.k=0", "--set", "lower.h=3", "--variant", "lower.wall=square"];
     let out = dgd(&[&args[..], &more].concat()).done().out;
-    // Nothing leaves the lower tank: all that was in both and came in is there, h' = q is exact.
+    // The lower tank has no outlet, so the total volume grows by the inflow: h' = q is exact.
     let (upper, lower) = (column(&out, "upper.h [m]"), column(&out, "lower.h [m]"));
     assert_eq!((upper[0], lower[0]), (2.0, 3.0));
     // 1 m^3 until 99 s, the ramp between two samples, 4 m^3 from 100 s on.
     let came_in = 0.99 + 0.025 + 4.0;
     assert!((upper[200] + lower[200] - 5.0 - came_in).abs() < 1e-4, "{}", lower[200]);
-    let to = ["--of", "level", "--to", "upper.k,lower.k"];
-    let out = dgd(&[&["sensitivity", &model, "--data", &data][..], &to].concat()).done().out;
+    let to_args = ["--of", "level", "--to", "upper.k,lower.k"];
+    let out = dgd(&[&["sensitivity", &model, "--data", &data][..], &to_args].concat()).done().out;
     assert!(out.starts_with("time [s],d(level)/d(upper.k) "), "{out}");
     dgd(&[&args[..], &["--set", "upper.q_in=1"]].concat()).refused(1, &["E205", "upper.q_in"]);
 }

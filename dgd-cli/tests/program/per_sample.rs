@@ -9,7 +9,7 @@ use crate::support::{dgd_in, root};
 
 const MODEL: &str = "benches/peers/dgd/recording.dgd";
 
-/// A folder with the model, and a recording that was made with it.
+/// A folder with the model, and a recording made with it.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder for the test");
     let write = |name: &str, text: &str| {
@@ -40,7 +40,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Whether a method goes along series, whose orders are low enough to be cheapest here.
+/// Whether it is a Taylor method, whose low orders are the cheapest here.
 fn is_series(method: &serde_json::Value) -> bool {
     method.as_str().is_some_and(|name| name.starts_with("taylor"))
 }
@@ -74,9 +74,9 @@ fn runs_and_fits_step_from_sample_to_sample() {
     let adaptive = fit(&[&three[..], &["--steps", "adaptive"]].concat());
     assert_eq!(adaptive["steps"], json!("adaptive"));
     for name in ["M", "c0", "c2"] {
-        let of = |fit: &serde_json::Value| fit["parameters"][name]["value"].as_f64();
-        let (a, b) = (of(&locked).expect("a value"), of(&adaptive).expect("a value"));
-        // The data is exact but for the tolerance of 1e-6 that it was made with.
+        let value_of = |fit: &serde_json::Value| fit["parameters"][name]["value"].as_f64();
+        let (a, b) = (value_of(&locked).expect("a value"), value_of(&adaptive).expect("a value"));
+        // The data is exact to the tolerance of 1e-6 with which it was made.
         assert!((a / b - 1.0).abs() < 1e-3, "{name}: {a} {b}");
     }
 }
@@ -86,10 +86,10 @@ fn what_the_recording_does_not_determine_is_named() {
     let folder = folder();
     let arguments = ["fit", "model.dgd", "--data", "data.csv", "--free", "M,c0,c2,F"];
     let run = dgd_in(folder.path(), &arguments).done();
-    // The friction is ρ g c2 + F: ρ g c2 = 10987.2 · 2e4 changes as F = 3e8 does, the other way round.
+    // The friction is ρ g c2 + F: ρ g c2 = 10987.2 · 2e4 has the opposite effect of F = 3e8.
     let ratio = format!("{:.3}", 10987.2 * 2e4 / 3e8);
-    let said = "no output sees a change of `c2` by +1.000 % and `F` by -";
-    assert!(run.out.contains(&format!("{said}{ratio} %")), "{}", run.out);
+    let text = "no output sees a change of `c2` by +1.000 % and `F` by -";
+    assert!(run.out.contains(&format!("{text}{ratio} %")), "{}", run.out);
     assert_eq!(run.out.matches("not determined").count(), 2, "{}", run.out);
 }
 

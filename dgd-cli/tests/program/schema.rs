@@ -1,4 +1,4 @@
-//! Results for programs are what `docs/results.schema.json` says.
+//! Results for programs conform to `docs/results.schema.json`.
 
 use std::fs;
 
@@ -9,9 +9,9 @@ use crate::support::{Run, dgd, folder_with, path, root};
 const MODEL: &str = "models/mud_circulation.dgd";
 const DATA: &str = "examples/data/circulation.csv";
 
-/// Where a value is not what a schema asks for, in words; nothing where it is.
+/// Where and how a value violates a schema; `None` if it conforms.
 ///
-/// Of JSON Schema it knows what the file uses: types, properties, items, alternatives and references.
+/// Supports the parts of JSON Schema that the file uses: types, properties, items, alternatives and references.
 fn departure(value: &Value, schema: &Value, all: &Value, place: &str) -> Option<String> {
     if let Some(name) = schema["$ref"].as_str() {
         let name = name.strip_prefix("#/$defs/").expect("a definition of this file");
@@ -78,10 +78,10 @@ fn departure(value: &Value, schema: &Value, all: &Value, place: &str) -> Option<
 #[track_caller]
 pub(crate) fn assert_is(definition: &str, value: &Value) {
     let text = fs::read_to_string(root().join("docs/results.schema.json")).expect("a schema");
-    let all: Value = serde_json::from_str(&text).expect("JSON");
-    let schema = &all["$defs"][definition];
+    let entries: Value = serde_json::from_str(&text).expect("JSON");
+    let schema = &entries["$defs"][definition];
     assert!(schema.is_object(), "`{definition}` is defined");
-    assert_eq!(departure(value, schema, &all, definition), None);
+    assert_eq!(departure(value, schema, &entries, definition), None);
 }
 
 fn json(args: &[&str]) -> Value {
@@ -96,8 +96,8 @@ fn results_are_as_the_schema_says() {
     let run = [MODEL, "--data", DATA, "--until", "40"];
     let simulated = json(&[&["simulate"], &run[..]].concat());
     assert_is("simulate", &simulated);
-    let of = ["--of", "h_r,p_r", "--to", "c0", "--verify-sensitivities"];
-    assert_is("sensitivity", &json(&[&["sensitivity"], &run[..], &of].concat()));
+    let of_args = ["--of", "h_r,p_r", "--to", "c0", "--verify-sensitivities"];
+    assert_is("sensitivity", &json(&[&["sensitivity"], &run[..], &of_args].concat()));
     for at in ["30", "steady", "mean"] {
         assert_is("linearize", &json(&["linearize", MODEL, "--data", DATA, "--at", at]));
     }

@@ -42,7 +42,7 @@ fn near(finding: &Value, truth: f64, most: f64) {
     assert!(half <= most, "{amount}");
 }
 
-/// data/truth.json: inlet B reads 0.5 bar too much; outlet A 0.06 too much, B 0.06 too little.
+/// data/truth.json: inlet B reads 0.5 bar too high; outlet A 0.06 too high, B 0.06 too low.
 #[test]
 fn the_offsets_of_the_field_data_are_found_and_laid_to_the_right_sensor() {
     for name in ["no_flow", "normal_circulation", "booster_ramps", "pump_tests"] {
@@ -55,7 +55,7 @@ fn the_offsets_of_the_field_data_are_found_and_laid_to_the_right_sensor() {
         assert_eq!(offsets[0]["advice"], "drop `p_in_B`, or take its offset off", "{name}");
         let advice = offsets[1]["advice"].as_str().expect("a sentence");
         assert!(advice.starts_with("average them"), "{name}: {advice}");
-        // Without flow the model knows both sides of the pump.
+        // Without flow the model determines both sides of the pump.
         if name == "no_flow" {
             assert_eq!(advice, "average them");
             let text = offsets[1]["text"].as_str().expect("a sentence");
@@ -64,7 +64,7 @@ fn the_offsets_of_the_field_data_are_found_and_laid_to_the_right_sensor() {
     }
 }
 
-/// θ₁ = 0.951: the meter reads 1/0.951 of the flow, and the isolated level runs away by 39 m in an hour
+/// θ₁ = 0.951: the meter reads 1/0.951 of the flow, and the integrated level drifts by 39 m in an hour
 /// (data/README.md).
 #[test]
 fn the_balance_of_normal_circulation_shows_the_flow_meters_gain() {
@@ -79,10 +79,10 @@ fn the_balance_of_normal_circulation_shows_the_flow_meters_gain() {
 
 #[test]
 fn sound_recordings_have_no_fault() {
-    // What only a model can show: the meters of `case_1` and `case_2` read 1/0.951 of the flow. In
-    // `booster_stop` the booster line drains, so that its balance does not close.
-    let all = ["circulation", "booster_stop.train", "booster_stop.valid", "case_1", "case_2"];
-    for data in all {
+    // Faults that only a model reveals: the meters of `case_1` and `case_2` read 1/0.951 of the flow. In `booster_stop`
+    // the booster line drains, so that its balance does not close.
+    let entries = ["circulation", "booster_stop.train", "booster_stop.valid", "case_1", "case_2"];
+    for data in entries {
         let path = format!("examples/data/{data}.csv");
         let json = screened(&["--data", &path]);
         assert_eq!(faults(&json), [], "{data}");
@@ -113,7 +113,7 @@ fn changed(change: impl Fn(usize, &str, &str) -> Option<String>) -> String {
         let cells = line.split(',').zip(&names);
         let cells: Vec<String> =
             cells.map(|(cell, name)| change(row, name, cell).unwrap_or(cell.into())).collect();
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(out, "{}", cells.join(","));
     }
     out
@@ -151,7 +151,7 @@ fn each_planted_fault_is_the_one_that_is_found() {
     assert_eq!(faults(&empty), one("empty", "p_in"));
     let words = of_changed(|row, name, _| (row == 7 && name == "p_in").then(|| "Bad".into()), &[]);
     assert_eq!(faults(&words), one("not_a_number", "p_in"));
-    // 0.4 bar off at the riser: both pressures are named, as two sensors do not say which is off.
+    // 0.4 bar off at the riser: both pressures are named, because two sensors do not determine which is off.
     let off = of_changed(
         |_, name, cell| (name == "p_r").then(|| format!("{:.3}", number(cell) + 0.4)),
         &[MODEL],
@@ -163,7 +163,7 @@ fn each_planted_fault_is_the_one_that_is_found() {
 
 #[test]
 fn times_that_go_back_are_a_finding_here_and_refused_elsewhere() {
-    // The clock is set back by a minute after 1000 s, and forwards again.
+    // The clock is set back by a minute after 1000 s, and later forward again.
     let text = changed(|row, name, _| {
         (name == "time" && (1000..1060).contains(&row)).then(|| format!("{}", row - 60))
     });
@@ -184,10 +184,10 @@ fn a_model_names_columns_that_it_does_not_know_and_units_that_clash() {
     let renamed = text.replacen("p_r [bara]", "P_RIS [bara]", 1);
     fs::write(&data, renamed.replacen("p_in [barg]", "p_in [m]", 1)).expect("writable");
     let json = screened(&["--data", &data, MODEL]);
-    let of = |kind: &str| findings(&json).iter().find(|f| f["kind"] == kind).cloned();
-    assert_eq!(of("unknown_column").expect("a remark")["channels"][0], "P_RIS");
-    assert_eq!(of("unit").expect("a fault")["channels"][0], "p_in");
-    // A name of the model's makes it known, in every command that reads data.
+    let value_of = |kind: &str| findings(&json).iter().find(|f| f["kind"] == kind).cloned();
+    assert_eq!(value_of("unknown_column").expect("a remark")["channels"][0], "P_RIS");
+    assert_eq!(value_of("unit").expect("a fault")["channels"][0], "p_in");
+    // Renamed to a name of the model, the column is known in every command that reads data.
     let json = screened(&["--data", &data, "--rename", "P_RIS=p_r", MODEL]);
     assert!(findings(&json).iter().all(|f| f["kind"] != "unknown_column"));
     dgd(&["screen", "--data", &data, "--rename", "P_RISE=p_r"])
@@ -210,7 +210,7 @@ fn columns_without_any_value_are_told_by_commands_that_run_a_model() {
         .refused(1, &["the input `q_tf` has no value in any row"]);
 }
 
-/// Rows of a pressure in bar that moves, as two sensors read it; the second reading is changed.
+/// Rows of a moving pressure in bar from two sensors, with the second reading changed.
 fn pressures(change: impl Fn(f64) -> f64) -> String {
     let mut text = String::new();
     let mut state = 1_u64;
@@ -221,7 +221,7 @@ fn pressures(change: impl Fn(f64) -> f64) -> String {
     for k in 0..1200 {
         let p = 20.0 + if k < 600 { 0.0 } else { 2.0 };
         let (a, b) = (p + 0.02 * noise(), change(p + 0.02 * noise()));
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{k},{a:.4},{b:.6}");
     }
     text
@@ -240,12 +240,12 @@ fn columns_are_compared_in_one_unit() {
         ("bare.csv", bare.as_bytes()),
     ]);
     let run = |args: &[&str]| dgd_in(folder.path(), &[&["screen"], args].concat());
-    // Gauge and absolute are one atmosphere apart, which is not a fault.
+    // Gauge and absolute pressure differ by one atmosphere, which is not a fault.
     let json = run(&["--data", "bars.csv", "--same", "p_A,p_B", "--format", "json"]).done().json();
     assert_eq!(faults(&json), []);
     let pair = &json["recordings"][0]["redundant"][0];
     let offset = pair["offset"]["value"].as_f64().expect("a number");
-    // Each reads the same but for a noise of 0.02/√12 bar, in means over 1200 rows.
+    // Both read the same up to a noise of 0.02/√12 bar, in means over 1200 rows.
     assert!(offset.abs() < 5.0 * 0.02 / 12f64.sqrt() * (2.0 / 1200f64).sqrt(), "{pair}");
     assert_eq!(json["recordings"][0]["columns"][1]["unit"], "bara");
 
@@ -254,7 +254,7 @@ fn columns_are_compared_in_one_unit() {
     let steady = fs::read_to_string(folder.path().join("out/steady.csv")).expect("a table");
     let means = column(&steady, "p_B [barg]");
     assert_eq!(means.len(), 4, "{steady}");
-    // Pa does not say from where it counts.
+    // The unit Pa does not distinguish gauge from absolute pressure.
     for (mean, truth) in means.iter().zip([18.987, 20.987, 20.0, 22.0]) {
         assert!((mean - truth).abs() < 0.01, "{mean} {truth}");
     }
@@ -273,16 +273,16 @@ fn what_is_said_to_measure_the_same_and_does_not_is_told() {
     let few = format!("time [s],p [bar],few [bar]\n{}", pressures(|_| f64::NAN));
     let few = few.replacen("NaN", "20.01", 3);
     let folder = folder_with(&[("apart.csv", apart.as_bytes()), ("few.csv", few.as_bytes())]);
-    let found = |data: &str, same: &str| {
+    let result = |data: &str, same: &str| {
         let args = ["screen", "--data", data, "--same", same, "--format", "json"];
         let json = dgd_in(folder.path(), &args).done().json();
         let about =
             findings(&json).iter().find(|f| f["channels"].as_array().is_some_and(|c| c.len() == 2));
         about.cloned().unwrap_or_else(|| panic!("{json:#}"))
     };
-    let unlike = found("apart.csv", "p,back");
+    let unlike = result("apart.csv", "p,back");
     assert_eq!((&unlike["kind"], &unlike["severity"]), (&"unlike".into(), &"fault".into()));
-    let untold = found("few.csv", "p,few");
+    let untold = result("few.csv", "p,few");
     assert_eq!((&untold["kind"], &untold["severity"]), (&"untold".into(), &"remark".into()));
     let both = ["screen", "--data", "apart.csv", "--data", "few.csv", "--same", "back,few"];
     dgd_in(folder.path(), &both).refused(2, &["no recording has both `back` and `few`"]);
@@ -307,7 +307,7 @@ fn columns_that_move_in_opposite_directions_are_said_to() {
         );
         assert!(text.contains("is the sign of one of them wrong?"), "{text}");
     }
-    // Without `--same`, nothing says that they measure the same.
+    // Without `--same`, they are not known to measure the same quantity.
     assert_eq!(faults(&run(&["--data", "near.csv", "--format", "json"]).json()), []);
 }
 
@@ -333,7 +333,7 @@ fn the_folder_and_the_picture_are_written_and_the_same_every_time() {
     assert_eq!(listing(&folder), ["one", "one.svg", "two", "two.svg"]);
     let page = fs::read_to_string(folder.path().join("one/report.html")).expect("a page");
     assert!(page.contains("<svg") && page.contains("p_in_B"), "{page}");
-    // Steady stretches are a table of independent rows.
+    // Steady intervals are a table of independent rows.
     let steady = fs::read_to_string(folder.path().join("one/steady.csv")).expect("a table");
     let mut lines = steady.lines();
     let cells = lines.next().unwrap_or_default().split(',').count();

@@ -1,4 +1,4 @@
-//! How runs begin: the mode to start in, conditions that hold already, and which inputs are asked for.
+//! Starts of runs: the initial mode, conditions that hold already, and required inputs.
 
 use crate::support::{column, dgd_in, folder_with};
 
@@ -102,7 +102,7 @@ equation c1: 1 [mF]*der(v1) = -i
 equation c2: 3 [mF]*der(v2) = i
 equation switch: v1 = v2
 ";
-    // As a state it keeps its start value, and solved for it has none.
+    // As a state it keeps its initial value, and as an algebraic unknown it does not have one.
     let flow = b"\
 model flow
 state q [m/s] = 3

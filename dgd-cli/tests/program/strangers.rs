@@ -1,4 +1,4 @@
-//! Data and names that mean no good, or were made by other programs.
+//! Data and names that are malicious, or were made by other programs.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -51,12 +51,12 @@ fn rows_that_cannot_be_read_are_left_out_with_their_lines() {
             (9, "`later` is neither a number nor an ISO 8601 stamp"),
             (11, "this row has 4 cells"),
         ] {
-            let said = format!("{name}, line {line}: {what}");
-            assert!(run.err.contains(&said), "no {said:?} in\n{}", run.err);
+            let text = format!("{name}, line {line}: {what}");
+            assert!(run.err.contains(&text), "no {text:?} in\n{}", run.err);
         }
         assert!(run.err.contains("could not be read, left out: 6"), "{}", run.err);
     }
-    // Programs are told where they look.
+    // Programs get the report with the result.
     let args = ["track", "t.dgd", "--data", "-", "--format", "json", "--quiet"];
     let run = piped(folder.path(), &args, BROKEN.as_bytes()).done();
     let lines: Vec<Value> =
@@ -172,7 +172,7 @@ fn an_empty_file_is_said_to_be_empty() {
 
 #[test]
 fn a_column_that_the_model_knows_is_not_taken_for_a_misspelt_one() {
-    // `q_ssp`, which is there for an output, is as near to `w_ssp`.
+    // `q_ssp`, which exists for an output, is as similar to `w_ssp`.
     let rows = "time [s],w_sp [%],q_boost [lpm],q_tf [lpm],q_ssp [lpm]\n0,50,1850,290,2140\n";
     let folder = folder_with(&[("run.csv", rows.as_bytes())]);
     let data = folder.path().join("run.csv").display().to_string();

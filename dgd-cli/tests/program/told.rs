@@ -1,6 +1,6 @@
-//! Pages that show commands with their output: each command is run as it stands, and says what the page shows.
+//! Pages that show commands with their output: each command is run as shown, and must print the shown output.
 //!
-//! | block | is |
+//! | block | content |
 //! |---|---|
 //! | `sh` | commands, one a line; those of `dgd` are run |
 //! | `text` | lines that the commands before it print, in this order; `…` stands for any others |
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 use crate::support::{dgd_in, root};
 
-/// A fenced block: what is behind the fence, and its text.
+/// A fenced block: its info string, and its text.
 fn blocks(page: &str) -> Vec<(String, String)> {
     let mut blocks: Vec<(String, String)> = Vec::new();
     let mut is_open = false;
@@ -32,27 +32,27 @@ fn blocks(page: &str) -> Vec<(String, String)> {
     blocks
 }
 
-/// Without differences of blanks, which tables have with the length of their numbers.
+/// Normalises blanks, because tables have more or fewer of them depending on their numbers.
 fn words(line: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Checks that lines come in a text in their order, with others between them only where `…` stands.
+/// Checks that lines occur in a text in order, with others between them only where `…` stands.
 fn verify_shown(shown: &str, said: &str, what: &str) {
-    let said: Vec<String> = said.lines().map(words).collect();
-    let mut at = 0;
+    let text: Vec<String> = said.lines().map(words).collect();
+    let mut position = 0;
     let mut may_skip = true;
     for line in shown.lines().map(words) {
         if line == "…" {
             may_skip = true;
             continue;
         }
-        let found = said[at..].iter().position(|own| *own == line);
-        let skipped = found.unwrap_or_else(|| {
-            panic!("{what} does not show\n{line}\nbut\n{}", said[at..].join("\n"))
+        let result = text[position..].iter().position(|own| *own == line);
+        let skipped = result.unwrap_or_else(|| {
+            panic!("{what} does not show\n{line}\nbut\n{}", text[position..].join("\n"))
         });
         assert!(may_skip || skipped == 0, "{what} has more before\n{line}");
-        at += skipped + 1;
+        position += skipped + 1;
         may_skip = false;
     }
 }
@@ -70,7 +70,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Runs all commands of a page but those that `is_left_out` names, in a folder with copies of these.
+/// Runs all commands of a page except those selected by `is_left_out`, in a folder with copies of these files.
 fn verify(name: &str, copies: &[&str], is_left_out: fn(&str) -> bool) -> usize {
     let page = fs::read_to_string(root().join(name)).expect("a page");
     let folder = TempDir::new().expect("a folder");
@@ -84,8 +84,8 @@ fn verify(name: &str, copies: &[&str], is_left_out: fn(&str) -> bool) -> usize {
             ("sh", _) => {
                 said = Some(String::new());
                 for line in text.lines().map(|line| line.trim_end_matches(" &&")) {
-                    let own = ["dgd ", "cargo run --release -- "];
-                    let arguments = own.iter().find_map(|start| line.strip_prefix(start));
+                    let expected = ["dgd ", "cargo run --release -- "];
+                    let arguments = expected.iter().find_map(|start| line.strip_prefix(start));
                     let Some(arguments) = arguments.filter(|_| !is_left_out(line)) else {
                         said = None;
                         continue;
@@ -104,7 +104,7 @@ fn verify(name: &str, copies: &[&str], is_left_out: fn(&str) -> bool) -> usize {
                 verify_shown(&format!("…\n{text}"), &content, file);
             }
             ("text", None) => {
-                // What follows without a command stands for itself.
+                // Output that follows without a command is a block of its own.
                 if let Some(said) = said.take() {
                     verify_shown(&text, &said, name);
                 }
@@ -128,7 +128,7 @@ fn the_tutorial_goes_as_it_is_told() {
 
 #[test]
 fn the_readme_shows_what_its_commands_say() {
-    // `.ci/run` runs the others, as the README has them.
+    // `.ci/run` runs the others, as they are in the README.
     let run = verify("README.md", &["models", "examples/data"], |line| {
         line.starts_with("cargo run --release -- ")
     });
@@ -137,9 +137,9 @@ fn the_readme_shows_what_its_commands_say() {
 
 #[test]
 fn what_is_not_said_is_found() {
-    let said = "a 1\nb  2\nc\n";
-    verify_shown("…\nb 2\n…\nc\n", said, "it");
+    let text = "a 1\nb  2\nc\n";
+    verify_shown("…\nb 2\n…\nc\n", text, "it");
     for wrong in ["a 2\n", "a 1\nc\n", "c\nb 2\n"] {
-        assert!(std::panic::catch_unwind(|| verify_shown(wrong, said, "it")).is_err(), "{wrong}");
+        assert!(std::panic::catch_unwind(|| verify_shown(wrong, text, "it")).is_err(), "{wrong}");
     }
 }

@@ -79,7 +79,7 @@ fn a_file_gives_one_line_for_each_row_and_finds_the_valve() {
         let (valve, std) = (column(&run.out, "a_1 [cm^2]"), column(&run.out, "std(a_1) [cm^2]"));
         let (last, std) = (valve[239], std[239]);
         assert!((last - 15.0).abs() < 4.0 * std && std < 0.5, "{estimator}: {last} ± {std}");
-        // The report says how uncertain each quantity is taken to be, and why.
+        // The report lists the uncertainty of each quantity, with its source.
         for part in
             ["10 % of its size", "noise: h_1 0.0100 m (declared)", "times as large as expected"]
         {
@@ -100,7 +100,7 @@ fn standard_input_is_answered_row_by_row_as_a_file_is() {
     assert_eq!(of_file.out, streamed.out);
     assert_eq!(streamed.err, "");
 
-    // The answer to a row is there before the next is written.
+    // The answer to a row arrives before the next row is written.
     let mut child = command(folder.path(), &args)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -151,7 +151,7 @@ fn results_go_to_files_whole_and_to_programs_as_json() {
     assert!(last["parameters"]["a_1"]["std"].as_f64().is_some_and(|std| std < 2.0));
     assert_eq!(last["innovations"]["p_2"]["used"], true);
 
-    // A row that cannot be read leaves no file.
+    // An unreadable row leaves no file.
     let broken = data.replace("\n100,", "\n90,");
     std::fs::write(folder.path().join("broken.csv"), &broken).expect("writable");
     let args = ["track", "t.dgd", "--data", "-", "-o", "none.csv", "--strict"];
@@ -178,7 +178,7 @@ fn gaps_and_outliers_are_told() {
     assert!(!run.out.contains("p_2") && !run.err.contains("lost its way"), "{}", run.err);
     let innovation = column(&run.out, "innovation(h_1) [m]");
     assert!(innovation[19].is_nan() && innovation[59] > 5.0);
-    // The upper tank says nothing about the lower one: its valve stays as uncertain as it was, and is named.
+    // The upper tank carries no information on the lower one, whose valve stays as uncertain as before and is named.
     let args = ["track", "t.dgd", "--data", "d.csv", "--free", "a_2", "--outputs", "h_1"];
     let run = dgd_in(folder.path(), &args).done();
     assert!(run.err.contains("the data says little about `h_2`, `a_2`"), "{}", run.err);
@@ -200,16 +200,16 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
         ("d.csv", data.as_bytes()),
     ]);
     let refused = |args: &[&str], code: i32, parts: &[&str]| {
-        let all: Vec<&str> = ["track"].iter().chain(args).copied().collect();
-        dgd_in(folder.path(), &all).refused(code, parts);
+        let all_args: Vec<&str> = ["track"].iter().chain(args).copied().collect();
+        dgd_in(folder.path(), &all_args).refused(code, parts);
     };
     refused(
         &["silent.dgd", "--data", "d.csv"],
         2,
         &["`p_2` declares no noise", "--noise 'p_2=… [mbar]'"],
     );
-    let asked = ["silent.dgd", "--data", "d.csv", "--noise", "p_2=2"];
-    dgd_in(folder.path(), &[&["track"], &asked[..]].concat()).done();
+    let more_args = ["silent.dgd", "--data", "d.csv", "--noise", "p_2=2"];
+    dgd_in(folder.path(), &[&["track"], &more_args[..]].concat()).done();
     refused(&["ahead.dgd", "--data", "d.csv"], 3, &["what output `h_1` will be", "`output-error`"]);
     dgd_in(folder.path(), &["track", "late.dgd", "--data", "d.csv"]).done();
     refused(&["t.dgd", "--data", "d.csv", "--forgetting", "0.9"], 2, &["--estimator recursive"]);
@@ -237,7 +237,7 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     );
     run.refused(1, &["line 3", "`x` in column `q_in` is not a number"]);
     assert_eq!(run.out.lines().count(), 2);
-    // For programs what ended it is a line like the others.
+    // Programs get the error as a line like the others.
     let run = piped(
         folder.path(),
         &["track", "t.dgd", "--data", "-", "--strict", "--format", "json"],
@@ -248,7 +248,7 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
         run.out.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
     let keys = ["settings", "states", "error"];
     assert!(lines.len() == 3 && (0..3).all(|k| !lines[k][keys[k]].is_null()), "{}", run.out);
-    // So is what ends it before the first row.
+    // The same applies to errors before the first row.
     let before: [(&[&str], i32, &str); 4] = [
         (&["t.dgd", "--data", "none.csv"], 1, "diagnostics"),
         (&["t.dgd", "--data", "d.csv", "--rename", "time=t [xx]"], 1, "diagnostics"),
@@ -264,15 +264,15 @@ fn what_makes_no_sense_is_refused_in_the_users_names() {
     }
 }
 
-/// The tanks do not stray, so that prediction error and output error say the same.
+/// The tanks have no process noise, so prediction error and output error agree.
 #[test]
 fn a_fit_by_prediction_error_finds_the_valve_and_that_nothing_strays() {
     let data = recording(120);
     let folder = folder_with(&[("t.dgd", TANKS.as_bytes()), ("d.csv", data.as_bytes())]);
     let fit = |more: &[&str]| {
         let args = ["fit", "t.dgd", "--data", "d.csv", "--valid", "d.csv", "--noise", "declared"];
-        let all: Vec<&str> = args.iter().chain(more).copied().collect();
-        dgd_in(folder.path(), &all).done()
+        let all_args: Vec<&str> = args.iter().chain(more).copied().collect();
+        dgd_in(folder.path(), &all_args).done()
     };
     let by_simulation = fit(&["--format", "json"]).json();
     let drawn = ["--estimator", "prediction-error", "-o", "fitted", "--plot", "fit.svg"];
@@ -283,26 +283,26 @@ fn a_fit_by_prediction_error_finds_the_valve_and_that_nothing_strays() {
     assert_eq!(picture.matches("innovation of").count(), 4);
     assert_eq!(picture.matches("one row ahead").count(), 4);
     let result = std::fs::read(folder.path().join("fitted/result.json")).expect("a result");
-    let found: Value = serde_json::from_slice(&result).expect("JSON");
-    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{found:#}"));
-    let (a, b) = (&found["parameters"]["a_1"], &by_simulation["parameters"]["a_1"]);
+    let fitted: Value = serde_json::from_slice(&result).expect("JSON");
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{fitted:#}"));
+    let (a, b) = (&fitted["parameters"]["a_1"], &by_simulation["parameters"]["a_1"]);
     let std = number(&b["std"]);
     assert!((number(&a["value"]) - number(&b["value"])).abs() < std, "{a} {b}");
     assert!((number(&a["value"]) - 15.0).abs() < 4.0 * number(&a["std"]), "{a}");
-    assert!(number(&found["process_noise_in_a_minute"]["h_1"]["value"]) < 5e-3);
-    let starts = |found: &Value| -> Vec<String> {
-        let values = found["starts"][0]["values"].as_object().expect("start values");
+    assert!(number(&fitted["process_noise_in_a_minute"]["h_1"]["value"]) < 5e-3);
+    let starts = |fitted: &Value| -> Vec<String> {
+        let values = fitted["starts"][0]["values"].as_object().expect("start values");
         values.keys().cloned().collect()
     };
-    assert_eq!(starts(&found), ["h_1", "h_2"]);
-    assert_eq!(starts(&found), starts(&by_simulation));
-    let rms = number(&found["outputs"]["h_1"]["rms_train"]);
+    assert_eq!(starts(&fitted), ["h_1", "h_2"]);
+    assert_eq!(starts(&fitted), starts(&by_simulation));
+    let rms = number(&fitted["outputs"]["h_1"]["rms_train"]);
     assert!((0.8e-2..1.2e-2).contains(&rms), "{rms}");
     let model = std::fs::read_to_string(folder.path().join("fitted/t.dgd")).expect("a model");
     assert!(!model.contains("= 10  in"), "{model}");
 }
 
-/// Elements of an array are tracked as single states are.
+/// Elements of an array are tracked like single states.
 #[test]
 fn elements_are_tracked_like_single_states() {
     let array = "model line\nsize N = 3\nparameter k[1..N] [1/s] = (0.05, 0.02, 0.03)  in 0.001 .. 1\n\
@@ -325,15 +325,15 @@ fn elements_are_tracked_like_single_states() {
         ("d.csv", data.as_bytes()),
     ]);
     let rows = |model: &str, more: &[&str]| {
-        let all = [&["track", model, "--data", "d.csv"], more].concat();
-        let out = dgd_in(folder.path(), &all).done().out;
+        let all_args = [&["track", model, "--data", "d.csv"], more].concat();
+        let out = dgd_in(folder.path(), &all_args).done().out;
         out.split_once('\n').map(|(_, rows)| rows.to_owned()).unwrap_or_default()
     };
     for estimator in ["ekf", "ukf"] {
         let more = ["--estimator", estimator];
         assert_eq!(rows("array.dgd", &more), rows("single.dgd", &more), "{estimator}");
     }
-    let all = ["--start-std", "T=0.3", "--process-noise", "T[2]=0.1"];
+    let entries = ["--start-std", "T=0.3", "--process-noise", "T[2]=0.1"];
     let each = [
         "--start-std",
         "T_1=0.3",
@@ -344,5 +344,5 @@ fn elements_are_tracked_like_single_states() {
         "--process-noise",
         "T_2=0.1",
     ];
-    assert_eq!(rows("array.dgd", &all), rows("single.dgd", &each));
+    assert_eq!(rows("array.dgd", &entries), rows("single.dgd", &each));
 }

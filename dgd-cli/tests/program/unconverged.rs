@@ -1,4 +1,4 @@
-//! Fits that reach no minimum, and those that must not miss one: what is written, and how they end.
+//! Fits that do not converge, and fits that must: files and exit codes.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 use crate::support::{dgd, dgd_in, folder_with, listing};
 
-/// Three decays, whose rates are estimated by their logarithms.
+/// Three decays with logarithmically estimated rates.
 const DECAYS: &str = "\
 model decays
 parameter k1 [1/s] = 1e-4 in 1e-8 .. 1e4, log
@@ -44,7 +44,7 @@ fn decays(changes: &[(&str, &str)]) -> TempDir {
     folder_with(&[("decays.dgd", model.as_bytes()), ("run.csv", data.as_bytes())])
 }
 
-/// A fit with start values as they are.
+/// A fit with fixed initial values.
 fn fit(folder: &TempDir, more: &[&str]) -> crate::support::Run {
     let args = ["fit", "decays.dgd", "--data", "run.csv", "--fix", "x1,x2,x3", "--format", "json"];
     dgd_in(folder.path(), &[&args, more].concat())
@@ -52,12 +52,12 @@ fn fit(folder: &TempDir, more: &[&str]) -> crate::support::Run {
 
 #[test]
 fn rates_four_decades_too_slow_are_found_and_not_leapt_over() {
-    // The first step of Gauss and Newton goes a hundred decades up, to where all has decayed at once: closer
-    // to what was measured than no decay, and without a slope.
-    let found = fit(&decays(&[]), &[]).done().json();
-    assert_eq!(found["converged"], true);
+    // The first Gauss–Newton step goes up a hundred decades, where everything has decayed at once: closer to the
+    // measurements than no decay, and without a slope.
+    let result = fit(&decays(&[]), &[]).done().json();
+    assert_eq!(result["converged"], true);
     for (name, rate) in ["k1", "k2", "k3"].iter().zip(RATES) {
-        let value = found["parameters"][name]["value"].as_f64().expect("a number");
+        let value = result["parameters"][name]["value"].as_f64().expect("a number");
         assert!((value / rate - 1.0).abs() < 0.1, "{name} = {value}");
     }
 }
@@ -89,7 +89,7 @@ fn a_fit_that_runs_out_of_simulations_is_written_and_goes_on() {
     let value = result["parameters"]["k1"]["value"].as_f64().expect("a number");
     assert!(value > 1e-4, "the best so far: {value}");
     assert!(listing(&folder).contains(&".out.dgd-journal".to_owned()), "{:?}", listing(&folder));
-    // The text says it as well.
+    // The text reports it as well.
     let args =
         ["fit", "decays.dgd", "--data", "run.csv", "--fix", "x1,x2,x3", "--evaluations", "4"];
     let text = dgd_in(folder.path(), &args);
@@ -115,8 +115,8 @@ fn every_estimator_that_searches_keeps_the_best_it_has() {
         let run = dgd(&[&["fit"], &nist[..], &more].concat());
         run.refused(3, &["no minimum was reached in"]);
         assert_eq!(run.json()["converged"], false, "{estimator}");
-        let all = dgd(&[&["fit"], &nist[..], &more[..2], &more[4..]].concat()).done().json();
-        assert_eq!(all["converged"], true, "{estimator}");
+        let all_args = dgd(&[&["fit"], &nist[..], &more[..2], &more[4..]].concat()).done().json();
+        assert_eq!(all_args["converged"], true, "{estimator}");
     }
     let args = ["fit", "decays.dgd", "--data", "run.csv", "--evaluations", "2"];
     let more = ["--estimator", "least-squares"];
@@ -146,21 +146,21 @@ fn a_simplex_that_ends_on_a_plain_says_so() {
     assert_eq!(run.json()["converged"], false);
     let near = with("nelder-mead", &["--set", "k=1"]).done();
     assert!(near.out.contains("k "), "{}", near.out);
-    // With derivatives a search follows what slope a plain has.
-    let found = with("separable", &["--format", "json"]).done().json();
-    let value = found["parameters"]["k"]["value"].as_f64().expect("a number");
+    // With derivatives a search follows the small slope of a plateau.
+    let result = with("separable", &["--format", "json"]).done().json();
+    let value = result["parameters"]["k"]["value"].as_f64().expect("a number");
     assert!((value / 0.1 - 1.0).abs() < 0.03, "{value}");
 }
 
 #[test]
 fn of_several_starting_points_those_on_plains_are_not_the_best() {
-    // The model's own start is on a plain, and so is about half of those that are drawn.
+    // The model's own start is on a plateau, and so are about half of the random ones.
     let folder = decays(&[("= 1e-4", "= 100")]);
-    let found = fit(&folder, &["--starts", "24"]).done().json();
-    assert_eq!(found["converged"], true);
-    let several = &found["multi_start"];
-    assert!(several["without_minimum"].as_u64() > Some(0), "{found}");
-    // What 3 of N says is of those that reached a minimum, without the model's own start, which was not drawn.
+    let result = fit(&folder, &["--starts", "24"]).done().json();
+    assert_eq!(result["converged"], true);
+    let several = &result["multi_start"];
+    assert!(several["without_minimum"].as_u64() > Some(0), "{result}");
+    // "3 of N" counts the starts that reached a minimum, without the model's own, which is not random.
     let ends = several["ends"].as_array().expect("a list");
     assert_eq!(ends.len(), 24);
     let reached = ends.iter().skip(1).filter(|end| end["minimum"].is_u64()).count();
@@ -170,20 +170,20 @@ fn of_several_starting_points_those_on_plains_are_not_the_best() {
         assert!(end["deviance_above"].as_f64().expect("a fit") < 0.1, "{end}");
     }
     for (name, rate) in ["k1", "k2", "k3"].iter().zip(RATES) {
-        let value = found["parameters"][name]["value"].as_f64().expect("a number");
+        let value = result["parameters"][name]["value"].as_f64().expect("a number");
         assert!((value / rate - 1.0).abs() < 0.1, "{name} = {value}");
     }
 }
 
 #[test]
 fn starts_are_drawn_between_bounds_where_that_is_asked_for() {
-    // By values a rate starts a decade around 1e-4 1/s; by bounds anywhere from 1e-8 to 1e4, where it may have decayed
-    // before the second sample, and ends at its bound.
+    // `--spread` by values draws a rate within a decade of 1e-4 1/s; by bounds anywhere from 1e-8 to 1e4, where it may
+    // have decayed before the second sample, and ends at its bound.
     let folder = decays(&[]);
     let minima = |spread: &str| {
-        let found = fit(&folder, &["--starts", "12", "--spread", spread]).done().json();
-        assert_eq!(found["multi_start"]["spread"], spread);
-        found["multi_start"]["minima"].as_array().expect("a list").len()
+        let result = fit(&folder, &["--starts", "12", "--spread", spread]).done().json();
+        assert_eq!(result["multi_start"]["spread"], spread);
+        result["multi_start"]["minima"].as_array().expect("a list").len()
     };
     assert_eq!(minima("values"), 1);
     assert!(minima("bounds") > 1);
@@ -200,17 +200,17 @@ fn starts_are_drawn_between_bounds_where_that_is_asked_for() {
 #[test]
 fn what_is_at_a_bound_takes_no_degree_of_freedom_of_the_noise() {
     let folder = decays(&[("k1 [1/s] = 1e-4 in 1e-8 .. 1e4", "k1 [1/s] = 0.1 in 0.01 .. 0.25")]);
-    let found = fit(&folder, &[]).done().json();
-    assert_eq!(found["parameters"]["k1"]["at_bound"], "upper", "{found}");
-    assert_eq!(found["degrees_of_freedom"], 303 - 2);
-    // Noise that is estimated is what the fit leaves.
-    let chi = found["reduced_chi_square"].as_f64().expect("a number");
+    let result = fit(&folder, &[]).done().json();
+    assert_eq!(result["parameters"]["k1"]["at_bound"], "upper", "{result}");
+    assert_eq!(result["degrees_of_freedom"], 303 - 2);
+    // Estimated noise equals the residuals of the fit.
+    let chi = result["reduced_chi_square"].as_f64().expect("a number");
     assert!((chi - 1.0).abs() < 1e-5, "{chi}");
 }
 
 #[test]
 fn a_bad_fit_is_told_before_all_else() {
-    // What looks like noise is 0.01 sin(…): 0.0072 on the average, and 0.001 is declared.
+    // The pseudo-noise is 0.01 sin(…), with an rms of 0.0072, and 0.001 is declared.
     let folder = decays(&[("noise 0.01", "noise 0.001")]);
     let args = ["fit", "decays.dgd", "--data", "run.csv", "--fix", "x1,x2,x3", "--set", "k1=0.1"];
     let fit = |more: &[&str]| dgd_in(folder.path(), &[&args[..], more].concat()).done().out;
@@ -227,7 +227,7 @@ fn a_bad_fit_is_told_before_all_else() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    // Whatever weighs the samples.
+    // The weights of the samples do not matter.
     let estimated = fit(&[]);
     assert!(estimated.starts_with("The fit is bad: the residuals are 7.2 times"), "{estimated}");
 }

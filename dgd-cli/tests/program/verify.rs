@@ -1,5 +1,5 @@
-//! `dgd sensitivity --verify-sensitivities` on recordings where derivatives are at risk: the pump at rest
-//! and the flow standing, and a valve that shuts, for flows with and without inertia.
+//! `dgd sensitivity --verify-sensitivities` on recordings with critical derivatives: a stopped pump with stagnant flow,
+//! and a valve that shuts, for flows with and without inertia.
 
 use serde_json::Value;
 
@@ -33,7 +33,7 @@ const AT_REST: &str = "dgd-cli/tests/data/pump_at_rest.csv";
 fn the_pump_rests_while_the_riser_drains() {
     for flow in ["flow=dynamic", "flow=static"] {
         let (_, comparisons) = verified(CIRCULATION, AT_REST, &["--variant", flow]);
-        // Two unknowns and three more outputs, to six parameters.
+        // Two unknowns and three more outputs, with respect to six parameters.
         assert_eq!(comparisons.len(), 30);
         all_agree(&comparisons, 61);
     }
@@ -41,12 +41,12 @@ fn the_pump_rests_while_the_riser_drains() {
 
 #[test]
 fn the_pump_rests_and_nothing_flows() {
-    // At a level of 5 m the riser is as heavy as the sea above the pump: not even a static flow moves.
+    // At a level of 5 m the riser balances the sea above the pump: not even a static flow moves.
     let standing = ["--set", "h_r=5"];
     let (_, comparisons) = verified(CIRCULATION, AT_REST, &standing);
     all_agree(&comparisons, 61);
 
-    // A static flow depends on its head by a root, whose slope at rest is infinite; it is said so.
+    // A static flow is a root of its head, with an infinite slope at zero, which is reported.
     let fixed = [&standing[..], &["--variant", "flow=static"]].concat();
     let (result, comparisons) = verified(CIRCULATION, AT_REST, &fixed);
     assert_eq!(result["undefined"][0]["equation"], "return_line");
@@ -72,7 +72,7 @@ fn a_valve_shuts_tightly_and_opens_again() {
         let (result, comparisons) =
             verified(model, data, &["--variant", flow, "--every", "0.1", "--rtol", "1e-8"]);
         assert_eq!(result["events"].as_array().map(Vec::len), Some(2), "{result}");
-        // Of 201 rows, few are passed by the valve's two transitions as their thresholds move.
+        // The valve's two transitions pass only a few of 201 rows as their thresholds move.
         all_agree(&comparisons, 195);
     }
 }
@@ -80,13 +80,13 @@ fn a_valve_shuts_tightly_and_opens_again() {
 #[test]
 fn derivatives_of_the_whole_well_are_not_cried_wolf_over() {
     let (model, data) = ("models/dual_gradient_drilling.dgd", "examples/data/pipe_connection.csv");
-    let asked = ["--of", "string.x", "--to", "control.gain", "--every", "5", "--rtol", "1e-8"];
-    let (_, comparisons) = verified(model, data, &asked);
-    // Only what was asked for is compared.
+    let args = ["--of", "string.x", "--to", "control.gain", "--every", "5", "--rtol", "1e-8"];
+    let (_, comparisons) = verified(model, data, &args);
+    // Only the requested sensitivity is compared.
     assert_eq!(comparisons.len(), 1, "{comparisons:?}");
     all_agree(&comparisons, 300);
-    // The mass of mud is conserved, so its derivatives are zero but for rounding.
-    let (_, comparisons) = verified(model, data, &[&["--of", "mud"], &asked[2..]].concat());
+    // The mass of mud is conserved, so its derivatives are zero up to rounding.
+    let (_, comparisons) = verified(model, data, &[&["--of", "mud"], &args[2..]].concat());
     assert_ne!(comparisons[0]["agrees"], false, "{comparisons:?}");
 }
 

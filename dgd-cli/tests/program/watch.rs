@@ -1,4 +1,4 @@
-//! `dgd watch`: a page is served, a save is told, and it ends with Ctrl-C.
+//! `dgd watch`: serves a page, reports saves, and ends with Ctrl-C.
 
 use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -22,7 +22,7 @@ struct Watch {
 
 impl Drop for Watch {
     fn drop(&mut self) {
-        // It may have ended.
+        // It may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -39,8 +39,8 @@ impl Watch {
         let mut line = String::new();
         let out = child.stdout.take().expect("it is piped");
         BufReader::new(out).read_line(&mut line).expect("it says its address");
-        let said: Value = serde_json::from_str(&line).expect("a line of JSON");
-        let address = said["address"].as_str().expect("an address");
+        let text: Value = serde_json::from_str(&line).expect("a line of JSON");
+        let address = text["address"].as_str().expect("an address");
         let rest = address.strip_prefix("http://").expect("an address");
         let (host, secret) = rest.split_once("/#").expect("a secret");
         Watch { child, host: host.to_owned(), secret: secret.to_owned() }
@@ -95,7 +95,7 @@ fn a_save_is_told_and_what_is_drawn_then_is_what_simulate_gives() {
         column["values"].as_array().and_then(|all| all.last()?.as_f64()).expect("a number")
     };
     let before = watch.asked("{}");
-    // A page has the digits that can be seen.
+    // A page has the visible digits only.
     let close = |a: f64, b: f64| (a - b).abs() < 1e-5 * b.abs();
     assert!(close(last(&before, "p_r"), simulated(&[])), "{before}");
     let moved = watch.asked(r#"{"values":{"c0":280}}"#);
@@ -124,7 +124,7 @@ fn a_save_is_told_and_what_is_drawn_then_is_what_simulate_gives() {
     );
     assert!(close(last(&after, "p_r"), simulated(&[])));
     assert!(!close(last(&after, "p_r"), last(&before, "p_r")));
-    // A mistake has its line.
+    // A mistake is reported with its line.
     fs::write(&model, text.replace("- q_tf\n", "- q_tff\n")).expect("the folder is writable");
     hear("event: saved", 2);
     let wrong = watch.asked("{}");

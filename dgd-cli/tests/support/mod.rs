@@ -1,4 +1,4 @@
-//! The `dgd` command, run as a user runs it.
+//! The `dgd` command, run as by a user.
 
 #![allow(dead_code, reason = "not every test binary uses all of it")]
 
@@ -16,7 +16,7 @@ use tempfile::TempDir;
 
 pub(crate) use normal::Normal;
 
-/// What a command left behind.
+/// The outcome of a command.
 pub(crate) struct Run {
     pub(crate) code: i32,
     pub(crate) out: String,
@@ -32,7 +32,7 @@ impl Run {
         }
     }
 
-    /// It was refused with this exit code, and the message has all of these parts.
+    /// Checks that it was refused with this exit code, and a message that contains all of these parts.
     #[track_caller]
     pub(crate) fn refused(&self, code: i32, parts: &[&str]) {
         assert_eq!(self.code, code, "{}", self.err);
@@ -68,7 +68,7 @@ pub(crate) fn dgd_in(folder: &Path, args: &[&str]) -> Run {
     Run::of(&command(folder, args).output().expect("the command starts"))
 }
 
-/// Runs in the repository's root.
+/// Runs a command in the root of the repository.
 pub(crate) fn dgd(args: &[&str]) -> Run {
     dgd_in(&root(), args)
 }
@@ -84,7 +84,7 @@ pub(crate) fn piped(folder: &Path, args: &[&str], bytes: impl AsRef<[u8]>) -> Ru
     let mut input = child.stdin.take().expect("a pipe");
     let bytes = bytes.as_ref().to_owned();
     let writer = std::thread::spawn(move || {
-        // The command may end before it has read all.
+        // The command may end before it has read everything.
         let _ = input.write_all(&bytes);
     });
     let output = child.wait_with_output().expect("it ends");
@@ -92,15 +92,15 @@ pub(crate) fn piped(folder: &Path, args: &[&str], bytes: impl AsRef<[u8]>) -> Ru
     Run::of(&output)
 }
 
-/// A command under way, whose output is kept for its end.
+/// Starts a command with captured output.
 pub(crate) fn started(args: &[&str]) -> Child {
     let mut command = command(&root(), args);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().expect("the command starts")
 }
 
-/// Runs a command whose results go to `name` in a folder, kills it several times and has it go on with
-/// `--resume`, to its end.
+/// Runs a command whose results go to `name` in a folder, kills it several times and resumes it with `--resume`, to its
+/// end.
 pub(crate) fn killed_and_resumed(args: &[&str], folder: &TempDir, name: &str) -> Run {
     let journal = folder.path().join(format!(".{name}.dgd-journal"));
     let size = || fs::metadata(&journal).map_or(0, |file| file.len());
@@ -109,7 +109,7 @@ pub(crate) fn killed_and_resumed(args: &[&str], folder: &TempDir, name: &str) ->
     let (mut kills, mut before) = (0, 64);
     let run = loop {
         let mut child = started(if kills == 0 { args } else { &resumed });
-        // When it has kept something more, and some time after that, longer each time.
+        // After the journal has grown, and a further delay that increases each time.
         while is_running(&mut child) && (size() <= before || kills == 4) {
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -119,21 +119,21 @@ pub(crate) fn killed_and_resumed(args: &[&str], folder: &TempDir, name: &str) ->
         }
         child.kill().expect("it is under way");
         child.wait().expect("it has ended");
-        // A record that is torn, as a kill leaves it at worst.
+        // A truncated record, the worst result of a kill.
         let bytes = fs::read(&journal).expect("it was left");
         fs::write(&journal, &bytes[..bytes.len() - 1]).expect("the folder is writable");
         (kills, before) = (kills + 1, size());
         assert!(!folder.path().join(name).exists(), "nothing half written");
     };
     assert!(kills >= 2, "{kills}");
-    let found = run.err.lines().find_map(|line| line.strip_prefix("going on with "));
-    let found = found.and_then(|words| words.split(' ').next()).map(str::parse::<usize>);
-    assert!(matches!(found, Some(Ok(2..))), "less work: {}", run.err);
+    let result = run.err.lines().find_map(|line| line.strip_prefix("going on with "));
+    let result = result.and_then(|words| words.split(' ').next()).map(str::parse::<usize>);
+    assert!(matches!(result, Some(Ok(2..))), "less work: {}", run.err);
     assert!(!journal.exists(), "a run that ends needs it no more");
     run
 }
 
-/// Waits until a command has taken Ctrl-C into its own hands.
+/// Waits until a command handles Ctrl-C.
 #[cfg(target_os = "linux")]
 pub(crate) fn wait_until_it_minds_ctrl_c(child: &mut Child) {
     // SIGINT is signal 2.
@@ -167,7 +167,7 @@ pub(crate) fn path(folder: &TempDir, name: &str) -> String {
     folder.path().join(name).display().to_string()
 }
 
-/// Names of what is in a folder.
+/// Names of the entries of a folder.
 pub(crate) fn listing(folder: &TempDir) -> Vec<String> {
     let entries = fs::read_dir(folder.path()).expect("the folder is there");
     let mut names: Vec<String> = entries
@@ -182,11 +182,11 @@ pub(crate) fn listing(folder: &TempDir) -> Vec<String> {
 pub(crate) fn column(csv: &str, header: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let headers = lines.next().unwrap_or_default();
-    let at = headers
+    let position = headers
         .split(',')
         .position(|cell| cell == header)
         .unwrap_or_else(|| panic!("no {header} in {headers}"));
     lines
-        .map(|line| line.split(',').nth(at).unwrap_or_default().parse().unwrap_or(f64::NAN))
+        .map(|line| line.split(',').nth(position).unwrap_or_default().parse().unwrap_or(f64::NAN))
         .collect()
 }

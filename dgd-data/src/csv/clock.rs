@@ -1,4 +1,4 @@
-//! The time column: numbers in a unit of time, or ISO 8601 stamps.
+//! The time column: numbers in a unit of time, or ISO 8601 timestamps.
 
 use jiff::Timestamp;
 use jiff::civil::DateTime;
@@ -6,19 +6,19 @@ use jiff::tz::Offset;
 
 use crate::cell::number;
 
-/// Turns the cells of a time column into seconds since the first.
+/// Converts the cells of a time column to seconds since the first.
 #[derive(Debug)]
 pub(crate) enum Clock {
-    /// Numbers; `factor` is what the unit has in seconds.
+    /// Numbers; `factor` converts the unit to seconds.
     Counted { factor: f64, first: f64 },
-    /// Stamps with `Z` or an offset from it.
+    /// Timestamps with `Z` or an offset.
     Zoned { first: Timestamp },
-    /// Stamps without one. They are differences of one clock, which is taken not to be set between
-    /// summer and winter.
+    /// Timestamps without a zone. They are differences of one clock, which is assumed not to switch between summer and
+    /// winter time.
     Local { first: Timestamp },
 }
 
-/// The stamp of a file's first row, from which its times are counted.
+/// The timestamp of a file's first row, from which its times are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Epoch {
     first: Timestamp,
@@ -26,8 +26,8 @@ pub struct Epoch {
 }
 
 impl Epoch {
-    /// The stamp so many seconds later, as ISO 8601 and to the nanosecond: `2026-11-21T10:00:00.5Z`, without the `Z`
-    /// where those of the file have no zone. Nothing where that is beyond the calendar.
+    /// The timestamp this many seconds later, as ISO 8601 to the nanosecond: `2026-11-21T10:00:00.5Z`, without the `Z`
+    /// if the file's timestamps have no zone. `None` beyond the calendar.
     pub fn stamp(&self, seconds: f64) -> Option<String> {
         let later = self.first.as_nanosecond() + (seconds * 1e9).round() as i128;
         let text = Timestamp::from_nanosecond(later).ok()?.to_string();
@@ -35,23 +35,23 @@ impl Epoch {
     }
 }
 
-/// What is wrong with the cell of a time column.
+/// A fault of a cell in a time column.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum TimeFault {
-    /// There is nothing in it.
+    /// It is empty.
     Missing,
-    /// It is neither a number nor a stamp.
+    /// It is neither a number nor a timestamp.
     NotATime,
     /// It is a number, but the header has no unit.
     NoUnit,
-    /// It is a number in a column of stamps, or a stamp in one of numbers.
+    /// It is a number in a column of timestamps, or the reverse.
     NotLikeTheFirst,
-    /// One of this stamp and the first one has a zone, the other none.
+    /// Only one of this timestamp and the first has a zone.
     OneZone,
 }
 
 impl TimeFault {
-    /// In words, for the cell that holds `text`.
+    /// The message for the cell with this `text`.
     pub(crate) fn message(&self, text: &str) -> String {
         match self {
             TimeFault::Missing => "this row has no time".to_owned(),
@@ -68,7 +68,7 @@ impl TimeFault {
         }
     }
 
-    /// What would be right.
+    /// Advice.
     pub(crate) fn help(&self) -> Option<&'static str> {
         match self {
             TimeFault::Missing => None,
@@ -80,7 +80,7 @@ impl TimeFault {
     }
 }
 
-/// A cell that may be a time.
+/// A cell that may contain a time.
 enum Cell {
     Missing,
     Number(f64),
@@ -105,7 +105,7 @@ impl Cell {
 }
 
 impl Clock {
-    /// A clock that starts at this cell; `factor` is that of the header's unit, if it has one.
+    /// A clock that starts at this cell; `factor` is that of the header's unit, if any.
     pub(crate) fn start(cell: &[u8], factor: Option<f64>) -> Result<Clock, TimeFault> {
         match Cell::parse(cell)? {
             Cell::Missing => Err(TimeFault::Missing),
@@ -118,7 +118,7 @@ impl Clock {
         }
     }
 
-    /// When it starts, if its times are stamps.
+    /// Its first timestamp, if its times are timestamps.
     pub(crate) fn epoch(&self) -> Option<Epoch> {
         match self {
             Clock::Counted { .. } => None,
@@ -127,7 +127,7 @@ impl Clock {
         }
     }
 
-    /// Seconds from the first time to the one in this cell.
+    /// Seconds between the first time and this cell.
     pub(crate) fn seconds(&self, cell: &[u8]) -> Result<f64, TimeFault> {
         match (self, Cell::parse(cell)?) {
             (_, Cell::Missing) => Err(TimeFault::Missing),

@@ -1,4 +1,4 @@
-//! From the columns of a Parquet file to a [`Table`], some rows at a time: what [`rows`](super::rows) makes of cells,
+//! Reads the columns of a Parquet file into a [`Table`], some rows at a time: the counterpart of [`rows`](super::rows)
 //! without text.
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
@@ -23,7 +23,7 @@ pub(crate) fn read(
     let read = parquet::read(place, &mut taking);
     let Taking { rows, .. } = taking;
     match (read, rows) {
-        // What is wrong with the header comes before what is wrong behind it.
+        // Mistakes in the header come before later ones.
         (_, Some(Err(reported))) => Err(reported),
         (Ok(()), Some(Ok(rows))) => rows.finish(diagnostics),
         (Ok(()), None) => Err(diagnostics.error(unreadable(name, "", sources, "it is empty"))),
@@ -85,18 +85,18 @@ mod tests {
     use crate::parquet::written;
     use crate::{Disk, read_from};
 
-    /// All that a table says, numbers to the bit, or each mistake as `code message; text`.
+    /// All contents of a table, numbers bit by bit, or each mistake as `code message; text`.
     fn read(bytes: &[u8], reading: Reading<'_>) -> Result<String, Vec<String>> {
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = folder.path().join("a");
         fs::write(&path, bytes).expect("writable");
         let table = reading.read(&Disk, &path, &mut sources, &mut diagnostics);
-        let said = diagnostics.sorted().into_iter().map(|diagnostic| {
+        let messages = diagnostics.sorted().into_iter().map(|diagnostic| {
             let entry = entry(diagnostic, &sources);
             format!("{} {}; {}", entry.code, entry.message, entry.places[0].text)
         });
-        let table = table.map_err(|_| said.collect::<Vec<_>>())?;
+        let table = table.map_err(|_| messages.collect::<Vec<_>>())?;
         let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let mut text = format!("{} {:?} {:?}\n", table.len(), table.epoch, table.disorder);
         let _ = writeln!(text, "{:?}", table.time.as_deref().map(bits));
@@ -107,7 +107,7 @@ mod tests {
             let count =
                 |cells: &Option<crate::Cells>| cells.as_ref().map(|c| (c.count, c.text.clone()));
             let (missing, others) = (count(&column.missing), count(&column.not_numbers));
-            // What stands in place of a missing number is not kept.
+            // The text of a missing number is not kept.
             let missing = missing.map(|(count, _)| count);
             let unit = column.unit.as_ref().map(|unit| &unit.symbol);
             let values = bits(&column.values);
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn several_groups_of_rows_are_one_table() {
-        // Replicates and a jump on both sides of where a group ends, and a time that goes back in the last.
+        // Replicates and a jump across the end of a group, and a time that goes back in the last one.
         let mut csv = "time [s]".to_owned();
         (0..40).for_each(|k| write!(csv, ",c{k} [m]").expect("to a string"));
         csv.push('\n');
@@ -179,11 +179,11 @@ mod tests {
             let whole = read_from("a", file.as_slice(), &mut sources, &mut diagnostics);
             assert_eq!(table.digest, whole.expect("sound").digest, "which is that of all bytes");
         }
-        // Of a chunk that is damaged nobody hears who does not read it.
+        // Damage in a chunk is not noticed without reading it.
         let mut damaged = written(csv);
-        let at = damaged.windows(8).position(|bytes| bytes == 3.0_f64.to_le_bytes());
-        // In front of it stand the first number, which values are there, and the head of the page.
-        let head = at.expect("x has a 3") - 28;
+        let position = damaged.windows(8).position(|bytes| bytes == 3.0_f64.to_le_bytes());
+        // It is preceded by the first number, the definition levels, and the page header.
+        let head = position.expect("x has a 3") - 28;
         damaged[head..head + 10].fill(0xff);
         assert!(read(&damaged, reading).is_ok());
         assert!(read(&damaged, Reading::default()).is_err());
@@ -191,13 +191,16 @@ mod tests {
 
     #[test]
     fn mistakes_name_rows() {
-        let said = |csv: &str| read(&written(csv), Reading::default()).expect_err("a mistake");
+        let messages = |csv: &str| read(&written(csv), Reading::default()).expect_err("a mistake");
         assert_eq!(
-            said("time [s],x [m]\n0,1\n2,1\n1,1\n"),
+            messages("time [s],x [m]\n0,1\n2,1\n1,1\n"),
             ["E605 time runs backwards: `1` comes after `2`; row 2"]
         );
-        assert_eq!(said("time [s],x [m]\n0,1\nNaN,1\n"), ["E607 this row has no time; row 1"]);
-        assert_eq!(said("time [s],x [m]\n"), ["E612 the table has no rows; "]);
-        assert_eq!(said("x [m],time [s]\n0,1\n"), ["E609 the time is not in the first column; "]);
+        assert_eq!(messages("time [s],x [m]\n0,1\nNaN,1\n"), ["E607 this row has no time; row 1"]);
+        assert_eq!(messages("time [s],x [m]\n"), ["E612 the table has no rows; "]);
+        assert_eq!(
+            messages("x [m],time [s]\n0,1\n"),
+            ["E609 the time is not in the first column; "]
+        );
     }
 }

@@ -14,7 +14,7 @@ use crate::table::Column;
 
 /// The header line of a file.
 pub(crate) struct Header {
-    /// Where it lies in the text.
+    /// Its range in the text.
     pub(crate) place: Range<usize>,
     pub(crate) cells: Vec<Cell>,
     open_quote: bool,
@@ -22,29 +22,29 @@ pub(crate) struct Header {
 
 /// A cell of a header line.
 pub(crate) struct Cell {
-    /// As the file has it.
+    /// Its text in the file.
     pub(crate) text: String,
-    /// Where it lies in the text.
+    /// Its range in the text.
     pub(crate) place: Range<usize>,
-    /// What the column is called instead.
+    /// Another name for the column.
     pub(crate) renamed: Option<Renamed>,
 }
 
-/// What a column is called instead of what its header says.
+/// Another name for a column, which replaces that of the header.
 pub(crate) struct Renamed {
     pub(crate) name: String,
-    /// Replaces that of the file, if there is one.
+    /// Replaces the unit of the file, if any.
     pub(crate) unit: Option<Unit>,
 }
 
 impl Header {
-    /// Of names that stand in one line, as [`line`](Self::line) has it.
+    /// From names in one line, in the format of [`line`](Self::line).
     pub(crate) fn named<'n>(names: impl IntoIterator<Item = &'n str>) -> Header {
-        let mut at = 0;
+        let mut position = 0;
         let cell = |text: &str| {
-            let end = at + quoted(text).len();
-            let place = at..end;
-            at = end + 1;
+            let end = position + quoted(text).len();
+            let place = position..end;
+            position = end + 1;
             Cell { text: text.to_owned(), place, renamed: None }
         };
         let cells: Vec<Cell> = names.into_iter().map(cell).collect();
@@ -109,14 +109,14 @@ impl Header {
                 twice.push((first, diagnostic));
             }
         }
-        // The first is the one that is found by its name.
+        // Lookup by name finds the first one.
         for (first, diagnostic) in twice {
             columns[first].fault.get_or_insert(diagnostic);
         }
         columns
     }
 
-    /// Reports what makes the whole file doubtful.
+    /// Reports mistakes that invalidate the whole file.
     pub(crate) fn verify(
         &self,
         columns: &[Column],
@@ -154,7 +154,7 @@ impl Header {
     }
 }
 
-/// Takes a first column that is called `t` or `Time` as time where none is called `time`, and says so.
+/// Uses a first column called `t` or `Time` as the time if there is no `time`, and returns a note.
 ///
 /// A `t` without a unit counts seconds.
 pub(crate) fn take_as_time(columns: &mut [Column]) -> Option<Diagnostic> {
@@ -175,29 +175,28 @@ pub(crate) fn take_as_time(columns: &mut [Column]) -> Option<Diagnostic> {
     Some(Diagnostic::new(Code::E602, first.place, message))
 }
 
-/// A header cell, taken apart.
+/// A parsed header cell.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Parsed<'a> {
-    /// The name; of a malformed cell what stands where the name should.
+    /// The name; for a malformed cell, the text at its place.
     pub(crate) name: &'a str,
     /// The text between the brackets.
     pub(crate) unit: Option<&'a str>,
-    /// What is malformed.
+    /// The syntax error, if any.
     pub(crate) fault: Option<&'static str>,
 }
 
-/// The unit at the end of the text of this place.
+/// The unit at the end of the text in this span.
 pub(crate) fn unit_at(text: &str, place: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
-    // The last bracket opens the unit, which is not to be found in the name.
+    // The last bracket opens the unit; earlier ones belong to the name.
     let bracket = sources.text(place).rfind('[').unwrap_or_default() as u32;
     let span = Span { start: place.start + bracket, ..place };
     read_unit(text, span, sources)
 }
 
-/// Takes a header cell apart.
+/// Parses a header cell.
 ///
-/// As in a model, brackets directly on a name that hold numbers only are an index, `p[1]`, and
-/// belong to the name.
+/// As in a model, brackets directly after a name with numbers only are an index, `p[1]`, and belong to the name.
 pub(crate) fn parse(cell: &str) -> Parsed<'_> {
     let cell = cell.trim();
     let plain = |name| Parsed { name, unit: None, fault: None };
@@ -279,7 +278,7 @@ mod tests {
             assert_eq!(note.as_ref().map(|note| note.message.as_str()), told, "{name}");
             assert_eq!(columns[0].name == "time", told.is_some() || name == "time");
         }
-        // A column called `time` counts, wherever it is.
+        // A column called `time` takes precedence, wherever it is.
         let mut columns = [column("t", None), column("time", Some("s"))];
         assert!(take_as_time(&mut columns).is_none());
     }

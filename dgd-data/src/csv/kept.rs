@@ -1,4 +1,4 @@
-//! The part of a text kept for diagnostics, and the place of a cell in it.
+//! The part of a text kept for diagnostics, and the span of a cell in it.
 
 use std::ops::Range;
 
@@ -6,12 +6,12 @@ use dgd_compiler::source::{SourceId, Span};
 
 use crate::table::Location;
 
-/// What of the text diagnostics can show.
+/// The part of the text that diagnostics can show.
 #[derive(Clone, Copy)]
 pub(crate) struct Kept {
-    /// The text that is kept.
+    /// The kept text.
     pub(crate) source: SourceId,
-    /// Whether that is all of it, or only the lines down to the header.
+    /// Whether it is the whole text, or only the lines down to the header.
     pub(crate) whole: bool,
 }
 
@@ -21,7 +21,7 @@ impl Kept {
         Span { source: self.source, start: byte(range.start), end: byte(range.end) }
     }
 
-    /// A place in a row; `header` stands for it where the row is not kept.
+    /// The location of a range in a row; the span of `header` if the row is not kept.
     pub(crate) fn place(self, range: &Range<usize>, line: usize, header: Span) -> Location {
         if self.whole {
             Location { span: self.span(range), line: None, row: None }

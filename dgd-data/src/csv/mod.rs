@@ -1,4 +1,4 @@
-//! CSV text to the columns of a table.
+//! Reads CSV text into the columns of a table.
 //!
 //! ```text
 //!   bytes ─ records ─► cells ─┬─ header, rename ─► names and units

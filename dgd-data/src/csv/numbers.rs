@@ -1,4 +1,4 @@
-//! From columns of numbers to a [`Table`]: what [`rows`](super::rows) makes of cells, without text.
+//! Reads columns of numbers into a [`Table`]: the counterpart of [`rows`](super::rows) without text.
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources};
@@ -11,7 +11,7 @@ use crate::csv::rows::Rows;
 use crate::read::Reading;
 use crate::table::Table;
 
-/// Reads columns as a file of this name.
+/// Reads columns like a file with this name.
 pub(crate) fn read(
     columns: &Columns,
     name: &str,
@@ -33,7 +33,7 @@ pub(crate) fn read(
     Ok(table)
 }
 
-/// Checks that there are columns, all of one length.
+/// Checks that there are columns of equal lengths.
 fn verify(columns: &Columns, header: &Header, kept: Kept) -> Result<(), Box<Diagnostic>> {
     let Some((first, values)) = columns.all.first() else {
         let message = "the table has no columns";
@@ -54,7 +54,7 @@ fn verify(columns: &Columns, header: &Header, kept: Kept) -> Result<(), Box<Diag
 /// Digest of headers and numbers.
 fn digest(columns: &Columns) -> u128 {
     let of_column = |digest: Digest, (header, values): &(String, Vec<f64>)| {
-        // What cannot be in a header keeps it apart from the numbers.
+        // A byte that headers cannot contain separates them from the numbers.
         let digest = digest.bytes(header.as_bytes()).bytes(b"\0");
         values.iter().fold(digest, |digest, value| digest.bytes(&value.to_le_bytes()))
     };
@@ -73,24 +73,24 @@ mod tests {
     const NAN: f64 = f64::NAN;
 
     fn columns(all: &[(&str, &[f64])]) -> Columns {
-        let own = |(header, values): &(&str, &[f64])| ((*header).to_owned(), values.to_vec());
-        Columns { all: all.iter().map(own).collect() }
+        let column = |(header, values): &(&str, &[f64])| ((*header).to_owned(), values.to_vec());
+        Columns { all: all.iter().map(column).collect() }
     }
 
-    /// What `read` makes of them, or each mistake as `code line:column message; text`.
+    /// The result of `read`, or each mistake as `code line:column message; text`.
     fn read(columns: &Columns, renames: &[Rename]) -> Result<Table, Vec<String>> {
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
         let files = InMemory::default().with_columns("data 1", columns.clone());
         let reading = Reading::default().renamed(renames);
         let table = reading.read(&files, Path::new("data 1"), &mut sources, &mut diagnostics);
-        let said = diagnostics.sorted().into_iter().map(|diagnostic| {
+        let messages = diagnostics.sorted().into_iter().map(|diagnostic| {
             let entry = entry(diagnostic, &sources);
             let place = &entry.places[0];
             assert_eq!(place.file, "data 1");
             let words = format!("{}; {}", entry.message, place.text);
             format!("{} {}:{} {words}", entry.code, place.line, place.column)
         });
-        table.map_err(|_| said.collect())
+        table.map_err(|_| messages.collect())
     }
 
     /// Times, then names, units and bits of the columns.
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn columns_are_read_as_their_text_is() {
         let awkward = [0.1 + 0.2, -1e-300, NAN, 5e-324];
-        let all: &[&[(&str, &[f64])]] = &[
+        let tables: &[&[(&str, &[f64])]] = &[
             &[
                 ("time [min]", &[0.1, 0.3, 0.3, 7.7]),
                 ("p_r [bar]", &awkward),
@@ -117,15 +117,15 @@ mod tests {
             ],
             &[("a [1]", &[1.0, NAN]), ("p[2] [barg]", &[2.0, 1e22])],
         ];
-        for all in all {
-            let columns = columns(all);
+        for tables in tables {
+            let columns = columns(tables);
             let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
             let text = columns.to_csv();
             let of_text = read_from("a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
             let of_text = of_text.unwrap_or_else(|_| panic!("{text}"));
-            let own = read(&columns, &[]).expect("the same without text");
-            assert_eq!(facts(&own), facts(&of_text), "{text}");
-            assert_eq!(own.len(), of_text.len());
+            let of_numbers = read(&columns, &[]).expect("the same without text");
+            assert_eq!(facts(&of_numbers), facts(&of_text), "{text}");
+            assert_eq!(of_numbers.len(), of_text.len());
         }
     }
 

@@ -1,8 +1,7 @@
-//! CSV text, record by record, with the place of every cell.
+//! Splits CSV text into records, with the range of every cell.
 //!
-//! A cell may be quoted, `""` in it is a quote, and a quoted cell may hold commas and line ends.
-//! Lines end in LF or CRLF; blank ones are skipped. Places are bytes of the text, so that a
-//! diagnostic can point into it.
+//! A cell may be quoted; then `""` stands for a quote, and the cell may contain commas and line ends. Lines end in LF
+//! or CRLF; blank ones are skipped. Ranges are bytes of the text, so that a diagnostic can point to them.
 
 use std::io::{self, BufRead, Read};
 use std::ops::Range;
@@ -13,13 +12,13 @@ const LONGEST: usize = 16 << 20;
 /// Splits a text into records.
 pub(crate) struct Records<R> {
     reader: R,
-    /// Whether a record ends with its line even where a quoted cell is open.
+    /// Whether a record ends with its line even inside a quoted cell.
     in_lines: bool,
     /// Bytes before the next record.
     offset: usize,
     /// Line ends before the next record.
     line: usize,
-    /// The record last read, its line end included.
+    /// The last record, including its line end.
     bytes: Vec<u8>,
     cells: Vec<Range<usize>>,
 }
@@ -38,18 +37,17 @@ pub(crate) struct Record<'a> {
 }
 
 impl<R: BufRead> Records<R> {
-    /// Records of what `reader` has left, which starts `offset` bytes and `line` lines into the
-    /// text.
+    /// Records of the rest of `reader`, which starts `offset` bytes and `line` lines into the text.
     pub(crate) fn new(reader: R, offset: usize, line: usize) -> Self {
         Records { reader, in_lines: false, offset, line, bytes: Vec::new(), cells: Vec::new() }
     }
 
-    /// The same with a record for each line: of what is still being written, no line is waited for but the next.
+    /// The same with one record per line, so that a growing text is never read beyond the next line.
     pub(crate) fn in_lines(self) -> Self {
         Records { in_lines: true, ..self }
     }
 
-    /// The line that was read last.
+    /// The number of the last line.
     pub(crate) fn line(&self) -> usize {
         self.line
     }
@@ -107,7 +105,7 @@ impl<'a> Record<'a> {
         self.cells.len()
     }
 
-    /// What a cell holds, without its quotes; doubled quotes stay doubled.
+    /// The content of a cell without its quotes; doubled quotes stay doubled.
     pub(crate) fn cell(&self, column: usize) -> &'a [u8] {
         let raw = &self.bytes[self.cells[column].clone()];
         match raw {
@@ -116,7 +114,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// A cell as text, doubled quotes made one; what is not UTF-8 is shown as `�`.
+    /// A cell as text, with doubled quotes merged and invalid UTF-8 shown as `�`.
     pub(crate) fn text(&self, column: usize) -> String {
         let text = String::from_utf8_lossy(self.cell(column));
         if self.bytes[self.cells[column].clone()].starts_with(b"\"") {
@@ -126,37 +124,37 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Where a cell lies in the text, quotes included.
+    /// The range of a cell in the text, including quotes.
     pub(crate) fn place(&self, column: usize) -> Range<usize> {
         let cell = &self.cells[column];
         self.offset + cell.start..self.offset + cell.end
     }
 
-    /// One past the last byte in the text, line end included.
+    /// The end of the record in the text, including the line end.
     pub(crate) fn end(&self) -> usize {
         self.offset + self.bytes.len()
     }
 
-    /// Where the cells from `column` on lie in the text.
+    /// The range of the cells from `column` on.
     pub(crate) fn place_from(&self, column: usize) -> Range<usize> {
         self.place(column).start..self.place(self.len() - 1).end
     }
 }
 
-/// Finds the commas that part cells; keeps its state from line to line.
+/// Finds the commas between cells; keeps its state from line to line.
 #[derive(Default)]
 struct Splitter {
-    /// First byte of the cell at hand.
+    /// First byte of the current cell.
     start: usize,
     /// Whether that cell began with a quote.
     quoted: bool,
-    /// Whether anything but blanks has been seen in it.
+    /// Whether it has contained anything but blanks so far.
     begun: bool,
     in_quotes: bool,
 }
 
 impl Splitter {
-    /// Takes in `bytes[from..]`; a cell goes to `cells` at its comma.
+    /// Processes `bytes[from..]`; each cell is added to `cells` at its comma.
     fn split(&mut self, bytes: &[u8], from: usize, cells: &mut Vec<Range<usize>>) {
         for (at, byte) in bytes.iter().enumerate().skip(from) {
             match byte {
@@ -175,7 +173,7 @@ impl Splitter {
     }
 }
 
-/// The range without the blanks at its ends; of blanks alone, its start.
+/// The range without blanks at its ends; the start of an all-blank range.
 fn trim(bytes: &[u8], range: Range<usize>) -> Range<usize> {
     let cell = &bytes[range.clone()];
     let length = cell.trim_ascii().len();
@@ -187,20 +185,20 @@ fn trim(bytes: &[u8], range: Range<usize>) -> Range<usize> {
 mod tests {
     use super::*;
 
-    /// Line and cells of every record; checks that the places point at the cells.
+    /// Line and cells of every record; checks that the ranges match the cells.
     fn split(text: &str) -> Vec<(usize, Vec<String>)> {
         let mut records = Records::new(text.as_bytes(), 0, 0);
-        let mut all = Vec::new();
+        let mut lines = Vec::new();
         while let Some(record) = records.next().expect("a slice can be read") {
             let cells = (0..record.len()).map(|column| record.text(column)).collect();
             for column in 0..record.len() {
                 let shown = &text[record.place(column)];
                 assert_eq!(shown.trim_matches('"').replace("\"\"", "\""), record.text(column));
             }
-            all.push((record.line, cells));
+            lines.push((record.line, cells));
         }
         assert_eq!(records.offset, text.len());
-        all
+        lines
     }
 
     fn cells(list: &[&str]) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! Columns by other names than the file has: field files have their own.
+//! Renames columns of a file.
 
 use std::str::FromStr;
 
@@ -11,9 +11,9 @@ use crate::csv::kept::Kept;
 /// Another name for a column, as in `P_RIS=p_r`, or with its unit, as in `P_RIS=p_r [barg]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rename {
-    /// What the file calls it.
+    /// Its name in the file.
     pub column: String,
-    /// What it is to be called; may have a unit, which replaces that of the file.
+    /// Its new name, optionally with a unit, which replaces that of the file.
     pub name: String,
 }
 
@@ -21,7 +21,7 @@ impl FromStr for Rename {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Rename, String> {
-        // Names of columns may have an equals sign, names in models have none.
+        // Names of columns may contain an equals sign, names in models cannot.
         match text.rsplit_once('=').map(|(column, name)| (column.trim(), name.trim())) {
             Some((column, name)) if !column.is_empty() && !name.is_empty() => {
                 Ok(Rename { column: column.to_owned(), name: name.to_owned() })
@@ -32,7 +32,7 @@ impl FromStr for Rename {
 }
 
 impl Rename {
-    /// The name and the unit, read in a source of its own.
+    /// Parses the name and the unit in a source of their own.
     fn read(
         &self,
         sources: &mut Sources,
@@ -41,7 +41,7 @@ impl Rename {
         let text = format!("{}={}", self.column, self.name);
         let byte = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
         let (start, end) = (byte(self.column.len() + 1), byte(text.len()));
-        // All files are read with it.
+        // One source serves all files.
         let source = sources.add_once(Source { name: "(--rename)".to_owned(), text });
         let place = Span { source, start, end };
         let parsed = parse(&self.name);
@@ -59,8 +59,8 @@ impl Rename {
 }
 
 impl Header {
-    /// Gives columns other names. A file that has the new name already and not the old one is left
-    /// alone, so that files of several kinds can be read together.
+    /// Renames columns. A file that has the new name but not the old one is left unchanged, so that files of several
+    /// kinds can be read together.
     pub(crate) fn rename(
         &mut self,
         renames: &[Rename],

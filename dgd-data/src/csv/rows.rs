@@ -1,4 +1,4 @@
-//! From the rows of a file to the columns of a [`Table`].
+//! Reads the rows of a file into the columns of a [`Table`].
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Sources, Span};
@@ -11,7 +11,7 @@ use crate::csv::time::{Time, Timed};
 use crate::read::Reading;
 use crate::table::{Cells, Column, Disorder, Location, Table};
 
-/// Takes in the rows of a file, one after the other.
+/// Collects the rows of a file one by one.
 pub(crate) struct Rows {
     kept: Kept,
     header: Span,
@@ -20,15 +20,15 @@ pub(crate) struct Rows {
     time: Option<Time>,
     time_note: Option<Diagnostic>,
     columns: Vec<Column>,
-    /// Which of the columns are read.
+    /// Whether each column is read.
     wanted: Vec<bool>,
-    /// Rows of another length than the header.
+    /// Rows with another number of cells than the header.
     ragged: Option<Cells>,
     open_quote: Option<Location>,
 }
 
 impl Rows {
-    /// Starts below the header.
+    /// Starts after the header.
     pub(crate) fn below(
         header: &Header,
         reading: Reading<'_>,
@@ -64,12 +64,12 @@ impl Rows {
         self.header
     }
 
-    /// Number of rows taken in.
+    /// Number of rows read.
     pub(crate) fn len(&self) -> usize {
         self.taken
     }
 
-    /// Takes in a row.
+    /// Reads a row.
     pub(crate) fn take(&mut self, record: &Record<'_>) {
         if record.open_quote {
             let quoted = record.place_from(record.len() - 1);
@@ -77,7 +77,7 @@ impl Rows {
             return;
         }
         if record.len() != self.n_cells {
-            // Pointed at are the cells that are too many, or else all there are.
+            // The location is that of the excess cells, or of all cells if there are too few.
             let first = if record.len() > self.n_cells { self.n_cells } else { 0 };
             let place = self.kept.place(&record.place_from(first), record.line, self.header);
             Cells::count(&mut self.ragged, || (place, counted(record.len())));
@@ -92,19 +92,19 @@ impl Rows {
         for (cell, (column, _)) in columns.filter(|(_, (_, wanted))| **wanted) {
             let value = number(record.cell(cell));
             column.values.push(value.unwrap_or(f64::NAN));
-            let found = match value {
+            let cells = match value {
                 None => &mut column.not_numbers,
                 Some(value) if value.is_nan() => &mut column.missing,
                 Some(_) => continue,
             };
             let header = column.place;
-            Cells::count(found, || {
+            Cells::count(cells, || {
                 (self.kept.place(&record.place(cell), record.line, header), record.text(cell))
             });
         }
     }
 
-    /// Takes in all rows at once, from columns of one length with the headers of these, the time included.
+    /// Reads all rows at once, from columns of equal lengths with the same headers, including the time.
     pub(crate) fn take_columns(&mut self, all: &[(String, Vec<f64>)]) {
         self.taken = all.first().map_or(0, |(_, values)| values.len());
         for (at, (_, values)) in all.iter().enumerate() {
@@ -114,10 +114,10 @@ impl Rows {
         }
     }
 
-    /// So many rows will come column by column, from a file of so many bytes.
+    /// Prepares for `n_rows` rows by columns, from a file of this many bytes.
     pub(crate) fn expect(&mut self, n_rows: usize, bytes: u64) {
         self.taken = n_rows;
-        // A damaged file may speak of more rows than it can hold: a row takes a bit at least.
+        // A damaged file may claim more rows than it can hold; a row takes at least one bit.
         let likely = n_rows.min(usize::try_from(bytes.saturating_mul(8)).unwrap_or(usize::MAX));
         for (column, _) in self.columns.iter_mut().zip(&self.wanted).filter(|(_, wanted)| **wanted)
         {
@@ -128,12 +128,12 @@ impl Rows {
         }
     }
 
-    /// Whether the column at this position of the header is read.
+    /// Whether the column at this header index is read.
     pub(crate) fn wants(&self, at: usize) -> bool {
         at.checked_sub(usize::from(self.time.is_some())).is_none_or(|at| self.wanted[at])
     }
 
-    /// Takes in the next numbers of the column at this position of the header, the time included.
+    /// Reads the next numbers of the column at this header index, which may be the time.
     pub(crate) fn take_numbers(&mut self, at: usize, values: &[f64]) {
         let Some(column) = self.column(at) else {
             return self.time.iter_mut().for_each(|time| time.take_numbers(values));
@@ -141,17 +141,17 @@ impl Rows {
         let before = column.values.len();
         for (row, value) in (before..).zip(values) {
             column.values.push(if value.is_finite() { *value } else { f64::NAN });
-            let found = match value {
+            let cells = match value {
                 value if value.is_nan() => &mut column.missing,
                 value if value.is_infinite() => &mut column.not_numbers,
                 _ => continue,
             };
             let place = Location::row(column.place, row);
-            Cells::count(found, || (place, shown(*value)));
+            Cells::count(cells, || (place, shown(*value)));
         }
     }
 
-    /// The same of cells that are texts.
+    /// The same for text cells.
     pub(crate) fn take_texts<'t>(&mut self, at: usize, texts: impl Iterator<Item = &'t str>) {
         let Some(column) = self.column(at) else {
             if let Some(time) = &mut self.time {
@@ -163,21 +163,21 @@ impl Rows {
             let place = Location::row(column.place, column.values.len());
             let value = number(text.trim_ascii().as_bytes());
             column.values.push(value.unwrap_or(f64::NAN));
-            let found = match value {
+            let cells = match value {
                 None => &mut column.not_numbers,
                 Some(value) if value.is_nan() => &mut column.missing,
                 Some(_) => continue,
             };
-            Cells::count(found, || (place, text.to_owned()));
+            Cells::count(cells, || (place, text.to_owned()));
         }
     }
 
-    /// The column at this position of the header; nothing of the time.
+    /// The column at this header index; `None` for the time.
     fn column(&mut self, at: usize) -> Option<&mut Column> {
         self.columns.get_mut(at.checked_sub(usize::from(self.time.is_some()))?)
     }
 
-    /// The table, unless something is wrong with all of it.
+    /// The table, unless a mistake invalidates it as a whole.
     pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Table, Reported> {
         let mut reported = Ok(());
         if let Some(place) = self.open_quote {

@@ -10,51 +10,51 @@ use crate::csv::kept::Kept;
 use crate::csv::records::Record;
 use crate::table::{Cells, Column, Disorder, Location, Order, Replicate};
 
-/// The time column, while rows come in.
+/// The time column while rows are read.
 pub(crate) struct Time {
     header: Span,
     order: Order,
-    /// Seconds in the header's unit, if it has one.
+    /// Factor from the header's unit to seconds, if there is a unit.
     factor: Option<f64>,
     clock: Option<Clock>,
-    /// Rows that came as numbers or texts without a place of their own.
+    /// Number of rows read as numbers or texts without a location of their own.
     row: usize,
     seconds: Vec<f64>,
     last: Option<Last>,
-    /// The first of each kind of mistake, and how many there are.
+    /// The first mistake of each kind, and their number.
     unreadable: Option<(Cells, TimeFault)>,
     backwards: Option<(Cells, Before)>,
     crowded: Option<Cells>,
-    /// Rows beyond the second with one time.
+    /// Third and further rows at the same time.
     replicates: Vec<Replicate>,
 }
 
-/// What the time column says.
+/// Result of reading the time column.
 pub(crate) struct Timed {
     /// Seconds since the first sample.
     pub(crate) seconds: Vec<f64>,
-    /// The rows that have these times, where some are left out.
+    /// The rows with these times, if some are left out.
     pub(crate) rows: Option<Vec<usize>>,
     pub(crate) disorder: Disorder,
-    /// Rows beyond the second with one time, where the file is not read as it is.
+    /// Third and further rows at the same time, unless disorder is tolerated.
     pub(crate) replicates: Vec<Replicate>,
-    /// The stamp from which they are counted, where the file has stamps.
+    /// The timestamp from which they are counted, if the file has timestamps.
     pub(crate) epoch: Option<Epoch>,
 }
 
-/// The row before one whose time is earlier.
+/// The row before one with an earlier time.
 struct Before {
     row: usize,
     place: Location,
     text: String,
 }
 
-/// The last row that had a time.
+/// The last row with a valid time.
 struct Last {
     seconds: f64,
     place: Location,
     text: Vec<u8>,
-    /// How many rows have this time.
+    /// Number of rows at this time.
     same: usize,
 }
 
@@ -97,23 +97,23 @@ impl Time {
         })
     }
 
-    /// Seconds in the header's unit, if it has one.
+    /// Factor from the header's unit to seconds, if there is a unit.
     pub(crate) fn factor(&self) -> Option<f64> {
         self.factor
     }
 
-    /// Takes in the time of a row.
+    /// Reads the time of a row.
     pub(crate) fn take(&mut self, record: &Record<'_>, kept: Kept) {
         let place = kept.place(&record.place(0), record.line, self.header);
         self.take_cell(record.cell(0), place, || record.text(0));
     }
 
-    /// So many times will come.
+    /// Reserves space for this many times.
     pub(crate) fn expect(&mut self, rows: usize) {
         self.seconds.reserve(rows);
     }
 
-    /// Takes in the times of the next rows.
+    /// Reads the times of the next rows.
     pub(crate) fn take_numbers(&mut self, times: &[f64]) {
         let Some(last) = times.last() else { return };
         let before = self.seconds.len();
@@ -124,22 +124,21 @@ impl Time {
             self.row += times.len();
             return;
         }
-        // What is wrong is said in the words of a file.
+        // Mistakes are reported as for a text file.
         self.seconds.truncate(before);
         for time in times {
             self.take_text(&shown(*time));
         }
     }
 
-    /// Takes in the time of the next row.
+    /// Reads the time of the next row.
     pub(crate) fn take_text(&mut self, text: &str) {
         let place = Location::row(self.header, self.row);
         self.row += 1;
         self.take_cell(text.trim_ascii().as_bytes(), place, || text.to_owned());
     }
 
-    /// Appends seconds since the first, where nothing can be wrong with any of these times; how many of the last are
-    /// the same then.
+    /// Appends seconds since the first time if none of these times can be wrong; returns how many at the end are equal.
     fn push_in_order(&mut self, times: &[f64]) -> Option<usize> {
         let factor = self.factor?;
         let first = match &self.clock {
@@ -163,7 +162,7 @@ impl Time {
         Some(same)
     }
 
-    /// Takes in the time of a row that its cell has; `text` is the cell as it is quoted.
+    /// Reads the time of a row from its cell; `text` quotes the cell.
     fn take_cell(&mut self, cell: &[u8], place: Location, text: impl Fn() -> String) {
         let read = match &self.clock {
             Some(clock) => clock.seconds(cell),
@@ -183,8 +182,8 @@ impl Time {
             }
         };
         let Some(last) = &mut self.last else {
-            let own = cell.to_owned();
-            self.last = Some(Last { seconds, place, text: own, same: 1 });
+            let text = cell.to_owned();
+            self.last = Some(Last { seconds, place, text: text, same: 1 });
             self.seconds.push(seconds);
             return;
         };
@@ -217,7 +216,7 @@ impl Time {
         last.text.extend_from_slice(cell);
     }
 
-    /// All times, unless they make the whole file doubtful.
+    /// All times, unless mistakes invalidate the whole file.
     pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Timed, Reported> {
         let mut reported = Ok(());
         if let Some((cells, fault)) = self.unreadable {
@@ -248,7 +247,7 @@ impl Time {
         }
         disorder.crowded = self.crowded.map(|cells| cells.text);
         reported?;
-        // Where rows are left out the first may be one of them.
+        // The first row may be among those left out.
         let epoch = self.clock.as_ref().and_then(Clock::epoch).filter(|_| rows.is_none());
         let mut seconds = self.seconds;
         if let Some(rows) = &rows {
@@ -261,17 +260,16 @@ impl Time {
     }
 }
 
-/// The most rows whose times never decrease, with no three times equal.
+/// The longest list of rows whose times never decrease, with no three times equal.
 ///
-/// A single time that is far ahead is left out by itself then, and not all that come after it. Where as
-/// many rows are left out either way, the earlier ones stay: of a clock that is set back, what it shows
-/// for the second time goes.
+/// A single time far ahead is thus left out alone, instead of all that follow. Among equally long lists, the earlier
+/// rows stay: after a clock is set back, the repeated times are left out.
 ///
 /// Source: Fredman, On computing the length of longest increasing subsequences, Discrete Math. 11
 /// (1975) 29–35.
 fn rows_in_order(seconds: &[f64]) -> Vec<usize> {
-    // From the end: the row with the latest time that begins a run of each length, and the row behind
-    // each in its run.
+    // Built from the end: for each length, the row with the latest time that begins such a run, and for each row, its
+    // successor.
     let mut beginnings: Vec<usize> = Vec::new();
     let mut behind: Vec<Option<usize>> = vec![None; seconds.len()];
     for (row, time) in seconds.iter().enumerate().rev() {

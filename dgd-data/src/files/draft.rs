@@ -1,8 +1,8 @@
-//! Files and folders under way: hidden beside what they will become, synced before they are renamed,
-//! removed at Ctrl-C, and by the next run where the run that wrote them is gone.
+//! Temporary files and folders: hidden beside their target, synced before they are renamed, and removed on Ctrl-C, or
+//! by the next run if their process is gone.
 //!
-//! A draft is named `.NAME.dgd-PID-N.tmp`. Its writer holds a lock on it, which ends with the process
-//! however that ends, so a draft without a lock whose process is gone belongs to nobody.
+//! A temporary file is named `.NAME.dgd-PID-N.tmp`. Its writer holds a lock on it, which ends with the process in any
+//! case, so a file without a lock whose process is gone is abandoned.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, TryLockError};
@@ -10,27 +10,27 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The drafts of this process. Who holds the lock keeps drafts from being made, published and removed.
+/// The temporary files of this process. While the lock is held, none can be created, published or removed.
 static DRAFTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// What a draft will become.
+/// The kind of the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     File,
     Folder,
 }
 
-/// A file or folder under way; removed when dropped, unless it was published.
+/// A temporary file or folder; removed when dropped, unless it was published.
 #[derive(Debug)]
 pub(crate) struct Draft {
     path: PathBuf,
-    /// Holds the lock. Folders cannot be opened everywhere.
+    /// Holds the lock. Some systems cannot open folders.
     lock: Option<File>,
     published: bool,
 }
 
 impl Draft {
-    /// A new draft in the folder, named after what it will become.
+    /// Creates a temporary file in the folder, named after its target.
     pub(crate) fn create(folder: &Path, name: &OsStr, kind: Kind) -> io::Result<Draft> {
         remove_abandoned(folder, name);
         let mut attempt = 0_u32;
@@ -48,10 +48,10 @@ impl Draft {
                 Ok(lock) => {
                     drafts.push(path.clone());
                     if let Some(file) = &lock {
-                        // Where files cannot be locked, nobody else can take the lock either.
+                        // If files cannot be locked here, other processes cannot take the lock either.
                         let _ = file.try_lock();
                     }
-                    // Another run may have taken it for abandoned before the lock was there.
+                    // Another run may have removed it as abandoned before it was locked.
                     if path.exists() {
                         return Ok(Draft { path, lock, published: false });
                     }
@@ -71,15 +71,15 @@ impl Draft {
         &self.path
     }
 
-    /// The file, to write to.
+    /// The open file.
     pub(crate) fn file(&self) -> io::Result<&File> {
         self.lock.as_ref().ok_or_else(|| io::ErrorKind::NotFound.into())
     }
 
-    /// Renames it, once all of it is on the disk.
+    /// Syncs it and renames it to its target.
     pub(crate) fn publish(mut self, goal: &Path) -> Result<(), (Draft, io::Error)> {
         let synced = self.lock.as_ref().map_or(Ok(()), File::sync_all);
-        // A folder that cannot be synced has files that were.
+        // A folder that cannot be synced contains synced files.
         if let Err(error) = synced
             && self.path.is_file()
         {
@@ -114,24 +114,24 @@ fn drafts() -> MutexGuard<'static, Vec<PathBuf>> {
     DRAFTS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What cannot be removed is a hidden left-over, which the next run tries again.
+/// A leftover that cannot be removed is hidden, and the next run tries again.
 fn remove(path: &Path) {
     let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
 }
 
-/// Removes what this process has under way, and lets nothing new begin: the process is about to end.
+/// Removes the temporary files of this process and prevents new ones: the process is about to end.
 pub fn abandon() -> impl Drop {
     let drafts = drafts();
     drafts.iter().for_each(|path| remove(path));
     drafts
 }
 
-/// Keeps Ctrl-C from coming between several renames.
+/// Prevents Ctrl-C from interrupting several renames.
 pub(crate) fn hold() -> impl Drop {
     drafts()
 }
 
-/// Makes renames last. Not every system can sync a folder, and the files in it are safe.
+/// Makes renames durable. Not every system can sync a folder, but the files in it are safe.
 pub(crate) fn sync_folder(folder: &Path) {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     if let Ok(folder) = File::open(folder) {
@@ -139,8 +139,8 @@ pub(crate) fn sync_folder(folder: &Path) {
     }
 }
 
-/// Removes drafts in a folder whose processes are gone: those of any name that dgd made, and those of this
-/// name that older versions made.
+/// Removes abandoned temporary files in a folder: those of any target by this version, and those of this target by
+/// older versions.
 fn remove_abandoned(folder: &Path, name: &OsStr) {
     let name = name.to_string_lossy();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -152,7 +152,7 @@ fn remove_abandoned(folder: &Path, name: &OsStr) {
             continue;
         }
         let path = entry.path();
-        // Never a link, and nothing that would block when it is opened.
+        // Never a link, and nothing that would block when opened.
         let is_ours = entry.file_type().is_ok_and(|kind| kind.is_file() || kind.is_dir());
         let is_locked = || {
             File::open(&path)
@@ -164,7 +164,7 @@ fn remove_abandoned(folder: &Path, name: &OsStr) {
     }
 }
 
-/// The process whose draft has this name.
+/// The process in the name of a temporary file.
 fn process_of(found: &str, name: &str) -> Option<u32> {
     let inner = found.strip_prefix('.')?.strip_suffix(".tmp")?;
     let (of, numbers) = inner.rsplit_once('.')?;
@@ -178,7 +178,7 @@ fn process_of(found: &str, name: &str) -> Option<u32> {
     process.parse().ok()
 }
 
-/// Whether a process of this number is known to run. Where that cannot be told, the lock tells.
+/// Whether a process with this number is known to run. If that cannot be determined, the lock decides.
 fn is_alive(process: u32) -> bool {
     Path::new("/proc/self").exists() && Path::new(&format!("/proc/{process}")).exists()
 }
@@ -190,8 +190,8 @@ mod tests {
     #[test]
     fn drafts_of_processes_that_are_gone_are_removed_and_no_others() {
         let folder = tempfile::tempdir().expect("a folder for the test");
-        let at = |name: &str| folder.path().join(name);
-        // Process numbers end at 2²².
+        let path = |name: &str| folder.path().join(name);
+        // Process numbers are below 2²².
         let gone = [".a.csv.4194999-0.tmp", ".a.csv.dgd-4194999-3.tmp", ".b.csv.dgd-4194999-0.tmp"];
         let kept = [
             ".b.csv.4194999-0.tmp",
@@ -201,21 +201,21 @@ mod tests {
             ".a.csv.dgd-4194999-0.tmp.csv",
         ];
         for name in gone.iter().chain(&kept) {
-            fs::write(at(name), b"x").expect("the folder is writable");
+            fs::write(path(name), b"x").expect("the folder is writable");
         }
-        fs::create_dir(at(".out.dgd-4194999-0.tmp")).expect("the folder is writable");
-        let held = File::create(at(".c.dgd-4194999-0.tmp")).expect("the folder is writable");
-        held.try_lock().expect("nobody else has it");
+        fs::create_dir(path(".out.dgd-4194999-0.tmp")).expect("the folder is writable");
+        let locked = File::create(path(".c.dgd-4194999-0.tmp")).expect("the folder is writable");
+        locked.try_lock().expect("nobody else has it");
         let alive = format!(".a.csv.dgd-{}-7.tmp", std::process::id());
-        fs::write(at(&alive), b"x").expect("the folder is writable");
+        fs::write(path(&alive), b"x").expect("the folder is writable");
 
         let draft = Draft::create(folder.path(), OsStr::new("a.csv"), Kind::File);
         drop(draft.expect("the folder is writable"));
         for name in gone.iter().chain(&[".out.dgd-4194999-0.tmp"]) {
-            assert!(!at(name).exists(), "{name}");
+            assert!(!path(name).exists(), "{name}");
         }
         for name in kept.iter().chain(&[".c.dgd-4194999-0.tmp", &alive]) {
-            assert!(at(name).exists(), "{name}");
+            assert!(path(name).exists(), "{name}");
         }
     }
 }

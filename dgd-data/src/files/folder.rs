@@ -1,4 +1,4 @@
-//! Files that appear in a folder together or not at all.
+//! Writes files into a folder together or not at all.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -11,16 +11,16 @@ use super::whole::WriteError;
 /// A folder of results.
 #[derive(Debug, Clone, Default)]
 pub struct Files {
-    /// Names and contents. A name with folders in it is for a folder that is not there yet.
+    /// Names and contents. A name with folders in it requires that the target folder does not exist yet.
     pub written: Vec<(String, Vec<u8>)>,
-    /// Names of files that an earlier result may have left and that this one does not have.
+    /// Names of files of an earlier result that this one does not have.
     pub removed: Vec<String>,
 }
 
-/// Writes files into a folder: all of them, or the folder is left as it was.
+/// Writes files into a folder: all of them, or the folder stays unchanged.
 ///
-/// The folder is created if its parent exists; other files in it stay. The files are written to a
-/// hidden folder, synced, and then moved.
+/// The folder is created if its parent exists; other files in it stay. The files are written to a hidden folder,
+/// synced, and then moved.
 ///
 /// # Errors
 ///
@@ -34,15 +34,15 @@ pub fn write_folder(folder: &Path, files: &Files) -> Result<(), WriteError> {
     } else {
         match draft.publish(folder) {
             Ok(()) => return Ok(()),
-            // Another run made the folder in the meantime: the files go into that.
+            // Another run created the folder in the meantime, so the files go into that one.
             Err((draft, _)) if folder.is_dir() => draft,
             Err((_, error)) => return Err(failed(error)),
         }
     };
-    // Two runs that write into one folder do so one after the other, so that all files are of one run.
+    // Two runs that write into one folder take turns, so that all files are of one run.
     let lock = File::open(folder).ok();
     if let Some(lock) = &lock {
-        // Where folders cannot be locked, runs have to be kept apart by who starts them.
+        // If folders cannot be locked, the user must keep runs apart.
         let _ = lock.lock();
     }
     exchange(folder, draft.path(), files)?;
@@ -50,17 +50,17 @@ pub fn write_folder(folder: &Path, files: &Files) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Tries whether files could be written into a folder, and leaves all as it was.
+/// Checks whether files could be written into a folder, without changing it.
 ///
 /// # Errors
 ///
-/// As [`write_folder`], as far as can be told before there is something to write.
+/// Those of [`write_folder`] that can be detected in advance.
 pub fn try_folder(folder: &Path) -> Result<(), WriteError> {
     begin(folder).map(drop)
 }
 
-/// A draft inside the folder, so that nothing has to cross from one file system to another, or beside the
-/// place where the folder will be.
+/// A temporary folder inside the target, so that nothing is moved between file systems, or beside it if the target does
+/// not exist yet.
 fn begin(folder: &Path) -> Result<Draft, WriteError> {
     let failed = |error| WriteError::Failed { path: folder.to_owned(), error };
     if folder.is_dir() {
@@ -98,8 +98,8 @@ fn parent(path: &Path) -> &Path {
     }
 }
 
-/// Moves the files of a draft into the folder, and the old ones into the draft; if one cannot be
-/// moved, all go back.
+/// Moves the files of a temporary folder into the target, and the old ones out; if one cannot be moved, all are moved
+/// back.
 fn exchange(folder: &Path, draft: &Path, files: &Files) -> Result<(), WriteError> {
     let written = || files.written.iter().map(|(name, _)| name);
     if let Some(name) = written().chain(&files.removed).find(|name| folder.join(name).is_dir()) {
@@ -116,7 +116,7 @@ fn exchange(folder: &Path, draft: &Path, files: &Files) -> Result<(), WriteError
     for (done, (from, to)) in moves.iter().enumerate() {
         if let Err(error) = fs::rename(from, to) {
             for (from, to) in moves[..done].iter().rev() {
-                // What cannot go back stays in the draft; the error that led here matters more.
+                // A file that cannot be moved back stays in the temporary folder; the first error matters more.
                 let _ = fs::rename(to, from);
             }
             return Err(WriteError::Failed { path: from.clone(), error });
@@ -137,15 +137,15 @@ mod tests {
     /// Names and contents, in order.
     fn found(folder: &Path) -> Vec<(String, String)> {
         let entries = fs::read_dir(folder).expect("the folder exists");
-        let mut all: Vec<_> = entries
+        let mut files: Vec<_> = entries
             .map(|entry| {
                 let entry = entry.expect("an entry can be read");
                 let name = entry.file_name().to_string_lossy().into_owned();
                 (name, fs::read_to_string(entry.path()).unwrap_or_default())
             })
             .collect();
-        all.sort();
-        all
+        files.sort();
+        files
     }
 
     fn pairs(all: &[(&str, &str)]) -> Vec<(String, String)> {
@@ -175,7 +175,7 @@ mod tests {
         fs::create_dir(folder.join("b")).expect("the folder is writable");
         let error = write_folder(&folder, &files(&["a", "b"], "2")).expect_err("`b` is a folder");
         assert!(matches!(error, WriteError::IsFolder { .. }));
-        // A name that cannot be a file's fails while the draft is filled.
+        // An invalid file name fails while the temporary folder is filled.
         let error = write_folder(&folder, &files(&["a", "x/y"], "2")).expect_err("no such folder");
         assert!(matches!(error, WriteError::Failed { .. }));
         assert_eq!(found(&folder), pairs(&[("a", "1"), ("b", "")]));

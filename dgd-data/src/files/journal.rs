@@ -1,12 +1,12 @@
-//! What a long run has computed, in a file, so that it can go on after it was ended.
+//! The journal of a long run: a file of finished results, from which the run can be resumed.
 //!
 //! ```text
-//!   "dgd journal 1\n"  owner: 16 bytes                         whose journal it is
+//!   "dgd journal 1\n"  owner: 16 bytes                         identifies the run
 //!   { length: 8  key: 16  result: length  check: 16 } …       check: digest of the three before it
 //! ```
 //!
-//! Records are added one at a time. A run that was killed leaves the last one torn, which its check shows; it is
-//! cut off before anything is added. Numbers are little-endian.
+//! Records are appended one at a time. A killed run leaves the last one incomplete, which its check shows; it is cut
+//! off before anything is appended. Numbers are little-endian.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -20,41 +20,41 @@ use dgd_identify::journal::{Digest, Journal};
 
 const HEADER: &[u8] = b"dgd journal 1\n";
 
-/// The journal of one run. It is removed when dropped, unless it is left for another: a run that ends needs
-/// it no more.
+/// The journal of one run. It is removed when dropped, unless it is left for another: a run that has ended does not
+/// need it.
 #[derive(Debug)]
 pub struct RunJournal {
     path: PathBuf,
-    /// None once something could not be written: what came after it would be lost.
+    /// `None` after a failed write: later records could not be read.
     file: Mutex<Option<File>>,
     found: BTreeMap<u128, Vec<u8>>,
     is_left: AtomicBool,
 }
 
-/// What was there when a journal was opened.
+/// The state of the journal before it was opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Before {
-    /// No journal, or it was not asked for.
+    /// There is no journal, or it was not requested.
     Nothing,
-    /// So many results of a run like this one.
+    /// It has this many results of an identical run.
     Results(usize),
-    /// The journal of a run with other input, or of another program; it is replaced.
+    /// It is of a run with other input, or of another program; it is replaced.
     Other,
 }
 
 /// Why there is no journal.
 #[derive(Debug)]
 pub enum JournalError {
-    /// Another run keeps its results there at present.
+    /// Another run is using it.
     InUse,
     /// The system refused.
     Failed(io::Error),
 }
 
-/// What becomes of a journal that is there already.
+/// Treatment of an existing journal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Opening {
-    /// It is gone on from.
+    /// It is resumed.
     Resume,
     /// It is replaced.
     Anew,
@@ -70,7 +70,7 @@ impl RunJournal {
         place.with_file_name(name)
     }
 
-    /// Opens the journal of the run that `owner` tells apart from all others.
+    /// Opens the journal of the run identified by `owner`.
     ///
     /// # Errors
     ///
@@ -81,7 +81,7 @@ impl RunJournal {
         opening: Opening,
     ) -> Result<(RunJournal, Before), JournalError> {
         let failed = JournalError::Failed;
-        // A file that is not a journal is not ours to replace.
+        // A file that is not a journal must not be replaced.
         if let Ok(there) = fs::symlink_metadata(&path) {
             let is_journal = || -> io::Result<bool> {
                 let mut begin = Vec::new();
@@ -98,7 +98,7 @@ impl RunJournal {
         let mut file = options.open(&path).map_err(failed)?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => return Err(JournalError::InUse),
-            // Where files cannot be locked, there is nothing to be told.
+            // File systems without locks are accepted.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
         let header = [HEADER, &owner.value().to_le_bytes()].concat();
@@ -112,7 +112,7 @@ impl RunJournal {
                 let count = found.len();
                 (found, header.len() + length, Before::Results(count))
             }
-            // The beginning of a header is what a run leaves that was killed at once.
+            // A run that was killed immediately leaves part of a header.
             None if header.starts_with(&bytes) => (BTreeMap::new(), 0, Before::Nothing),
             None => (BTreeMap::new(), 0, Before::Other),
         };
@@ -125,7 +125,7 @@ impl RunJournal {
         Ok((RunJournal { path, file, found, is_left }, before))
     }
 
-    /// Leaves it for the run that goes on.
+    /// Leaves it for a run that resumes.
     pub fn leave(&self) {
         self.is_left.store(true, Ordering::Relaxed);
     }
@@ -150,9 +150,9 @@ impl Journal for RunJournal {
 
 impl Drop for RunJournal {
     fn drop(&mut self) {
-        // Results from before a panic are not lost.
+        // Results from before a panic are kept.
         if !self.is_left.load(Ordering::Relaxed) && !std::thread::panicking() {
-            // One that cannot be removed is a hidden left-over, which the next run replaces.
+            // A leftover that cannot be removed is hidden, and the next run replaces it.
             let _ = fs::remove_file(&self.path);
         }
     }
@@ -168,7 +168,7 @@ fn record(key: u128, result: &[u8]) -> Vec<u8> {
     record
 }
 
-/// The records that are whole, up to the first that is not, and their length.
+/// The complete records up to the first incomplete one, and their length.
 fn read(bytes: &[u8]) -> (BTreeMap<u128, Vec<u8>>, usize) {
     let (mut found, mut rest) = (BTreeMap::new(), bytes);
     while let Some((key, result, behind)) = first(rest) {
@@ -178,7 +178,7 @@ fn read(bytes: &[u8]) -> (BTreeMap<u128, Vec<u8>>, usize) {
     (found, bytes.len() - rest.len())
 }
 
-/// Key and result of the first record, and what is behind it; `None` where it is torn.
+/// Key and result of the first record, and the rest; `None` if it is incomplete.
 fn first(bytes: &[u8]) -> Option<(u128, &[u8], &[u8])> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (key, rest) = rest.split_first_chunk()?;
@@ -200,7 +200,7 @@ mod tests {
         RunJournal::open(path.to_owned(), owner, opening).expect("the folder is writable")
     }
 
-    /// Leaves the file, as a run that is killed does.
+    /// Leaves the file like a killed run.
     #[allow(clippy::needless_pass_by_value, reason = "it is gone")]
     fn kill(journal: RunJournal) {
         journal.leave();
@@ -228,10 +228,10 @@ mod tests {
             let expected = if length < ends[0] { Before::Nothing } else { Before::Results(count) };
             assert_eq!(before, expected, "of {length} bytes");
             for (key, result) in results.iter().enumerate() {
-                let found = journal.find(key as u128);
-                assert_eq!(found.as_deref(), (key < count).then_some(*result));
+                let stored = journal.find(key as u128);
+                assert_eq!(stored.as_deref(), (key < count).then_some(*result));
             }
-            // New records follow the last whole one.
+            // New records follow the last complete one.
             journal.keep(9, b"new");
             kill(journal);
             let (journal, before) = open(&path, OWNER, Opening::Resume);
@@ -268,7 +268,7 @@ mod tests {
             assert!(matches!(refused, Err(JournalError::Failed(_))), "{refused:?}");
         }
         assert_eq!(fs::read(&path).expect("it is there"), b"precious");
-        // That of another version is one.
+        // The journal of another version counts as one.
         fs::write(&path, b"dgd journal 9\n").expect("the folder is writable");
         assert_eq!(open(&path, OWNER, Opening::Resume).1, Before::Other);
     }
@@ -285,7 +285,7 @@ mod tests {
         let (journal, before) = open(&path, OWNER.of(&"other"), Opening::Resume);
         assert_eq!((before, journal.find(1)), (Before::Other, None));
         kill(journal);
-        // It was replaced; and without being asked for, none is looked at.
+        // It was replaced; without `Resume`, an existing journal is ignored.
         let (journal, before) = open(&path, OWNER, Opening::Resume);
         assert_eq!(before, Before::Other);
         journal.keep(1, b"one");

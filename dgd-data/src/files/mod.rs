@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all, alone, together in a folder or among those of other machines, and the journal of a run.
+//! Atomic files: single, together in a folder, or shared with other machines; and the journal of a run.
 
 mod draft;
 mod folder;

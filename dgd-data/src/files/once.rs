@@ -1,8 +1,8 @@
-//! Files that several machines write into one folder, each of them whole or not there, without locks and clocks.
+//! Atomic files that several machines write into one folder, without locks and clocks.
 //!
-//! A file goes to a hidden draft beside its place, `.NAME.HOST-PID-N.tmp`, is synced and renamed, and then the folder is
-//! synced. Nobody removes a draft of somebody else while its file is missing: once the file is there, the draft is a
-//! left-over of a process that was ended, and [`remove_left_over`] takes it away.
+//! A file is written to a hidden temporary name beside it, `.NAME.HOST-PID-N.tmp`, synced and renamed, and then the
+//! folder is synced. No process removes another's temporary file while the target is missing; once the target exists,
+//! the temporary file is a leftover of a terminated process, which [`remove_left_over`] removes.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use super::draft::sync_folder;
 use super::whole::WriteError;
 
-/// Writes a file that has all of these bytes, or is left as it was. What another process wrote there in the meantime is
-/// replaced at once.
+/// Writes a file with exactly these bytes, or leaves it unchanged. A file that another process wrote meanwhile is
+/// replaced atomically.
 ///
 /// # Errors
 ///
@@ -23,7 +23,7 @@ pub fn write_shared(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     let draft = drafted(path, bytes).map_err(failed)?;
     match fs::rename(&draft, path) {
         Ok(()) => {}
-        // It was taken for a left-over, since another process has written the file.
+        // It was removed as a leftover, because another process has written the file.
         Err(_) if path.exists() && !draft.exists() => return Ok(()),
         Err(error) => {
             let _ = fs::remove_file(&draft);
@@ -34,22 +34,22 @@ pub fn write_shared(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Writes a file where there is none; whether it did. Of several processes that try, one does.
+/// Writes a file unless it exists; returns whether it did. Of several processes, only one succeeds.
 ///
 /// # Errors
 ///
-/// As [`write_shared`].
+/// Those of [`write_shared`].
 pub fn write_first(path: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
     let failed = |error| WriteError::Failed { path: path.to_owned(), error };
     if path.exists() {
         return Ok(false);
     }
     let draft = drafted(path, bytes).map_err(failed)?;
-    // A second name fails where there is a file, in one step.
+    // A hard link fails atomically if the file exists.
     let linked = fs::hard_link(&draft, path);
     let linked = match linked {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
-        // A file system without second names.
+        // A file system without hard links.
         Err(_) if !path.exists() => fs::rename(&draft, path).map(|()| true),
         other => other.map(|()| true),
     };
@@ -58,7 +58,7 @@ pub fn write_first(path: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
     linked.map_err(failed)
 }
 
-/// Makes a folder, and those above it, so that they last.
+/// Creates a folder and its parents durably.
 ///
 /// # Errors
 ///
@@ -80,18 +80,18 @@ pub fn make_folder(path: &Path) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Removes drafts of a folder whose files are there.
+/// Removes temporary files in a folder whose targets exist.
 pub fn remove_left_over(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         if file_of(&name).is_some_and(|file| folder.join(file).exists()) {
-            // One that cannot be removed is a hidden left-over.
+            // A leftover that cannot be removed is hidden.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// A draft with these bytes, synced.
+/// A synced temporary file with these bytes.
 fn drafted(path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
     let name = path.file_name().ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
     let mut attempt = 0_u32;
@@ -102,7 +102,7 @@ fn drafted(path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
         let draft = folder_of(path).join(hidden);
         match File::create_new(&draft) {
             Ok(file) => break (draft, file),
-            // Another thread's, or that of a process of this number that was ended.
+            // It is another thread's, or that of a terminated process with the same number.
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
                 attempt += 1;
             }
@@ -116,7 +116,7 @@ fn drafted(path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
     Ok(draft)
 }
 
-/// The name of the file that a draft was to become.
+/// The name of a temporary file's target.
 fn file_of(draft: &OsStr) -> Option<&str> {
     let inner = draft.to_str()?.strip_prefix('.')?.strip_suffix(".tmp")?;
     let (name, writer) = inner.rsplit_once('.')?;
@@ -125,7 +125,7 @@ fn file_of(draft: &OsStr) -> Option<&str> {
     (is_number(parts.next()) && is_number(parts.next()) && parts.next().is_some()).then_some(name)
 }
 
-/// What tells this machine from others that share a folder, without points.
+/// The name of this machine, without dots, to distinguish it from others that share a folder.
 fn host() -> String {
     let name = fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let name = name.or_else(|| std::env::var("COMPUTERNAME").ok()).unwrap_or_default();
@@ -173,20 +173,20 @@ mod tests {
     #[test]
     fn left_overs_are_removed_once_their_file_is_there_and_no_other_file() {
         let folder = tempfile::tempdir().expect("a folder for the test");
-        let at = |name: &str| folder.path().join(name);
+        let path = |name: &str| folder.path().join(name);
         let kept =
             [".b.json.host-12-0.tmp", ".a.json.tmp", ".a.json.x-y.tmp", "a.json.host-1-0.tmp"];
         for name in kept.iter().chain(&[".a.json.my_host-7-0.tmp", ".a.json.host-7-3.tmp"]) {
-            fs::write(at(name), b"torn").expect("the folder is writable");
+            fs::write(path(name), b"torn").expect("the folder is writable");
         }
         remove_left_over(folder.path());
         assert_eq!(names(folder.path()).len(), 6, "`a.json` is missing: its draft may be at work");
-        write_shared(&at("a.json"), b"whole").expect("the folder is writable");
+        write_shared(&path("a.json"), b"whole").expect("the folder is writable");
         remove_left_over(folder.path());
         let mut expected: Vec<&str> = kept.into_iter().chain(["a.json"]).collect();
         expected.sort_unstable();
         assert_eq!(names(folder.path()), expected);
-        assert_eq!(fs::read(at("a.json")).expect("it is there"), b"whole");
+        assert_eq!(fs::read(path("a.json")).expect("it is there"), b"whole");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Atomic files.
 
 use std::error::Error;
 use std::fmt;
@@ -8,15 +8,14 @@ use std::path::{Path, PathBuf};
 
 use super::draft::{Draft, Kind};
 
-/// Writes a file that has all of what `content` wrote, or is left as it was.
+/// Writes a file with everything that `content` writes, or leaves it unchanged.
 ///
-/// The text goes to a hidden file in the same folder, which then takes the place of `path`; if
-/// anything fails, it is removed. What is not a regular file (a pipe, `/dev/null`) cannot be
-/// replaced and is written to directly.
+/// The text goes to a hidden file in the same folder, which then replaces `path`; after any failure it is removed. A
+/// path that is not a regular file (a pipe, `/dev/null`) cannot be replaced and is written to directly.
 ///
 /// # Errors
 ///
-/// The folder does not exist, `path` is a folder, or writing failed, in `content` too.
+/// The folder does not exist, `path` is a folder, or writing failed, possibly in `content`.
 pub fn write_whole(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -29,23 +28,23 @@ pub fn write_whole(
     let mut file = BufWriter::new(draft.file().map_err(failed)?);
     content(&mut file).map_err(failed)?;
     file.into_inner().map_err(|error| failed(error.into_error()))?;
-    // The rights of the file that is replaced.
+    // Keeps the permissions of the replaced file.
     if let Ok(existing) = fs::metadata(&goal) {
         fs::set_permissions(draft.path(), existing.permissions()).map_err(failed)?;
     }
     draft.publish(&goal).map_err(|(_, error)| failed(error))
 }
 
-/// Tries whether a file could be written, and leaves all as it was.
+/// Checks whether a file could be written, without changing it.
 ///
 /// # Errors
 ///
-/// As [`write_whole`], as far as can be told before there is something to write.
+/// Those of [`write_whole`] that can be detected in advance.
 pub fn try_whole(path: &Path) -> Result<(), WriteError> {
     begin(path).map(drop)
 }
 
-/// A draft of a file and the path that it will have; `None` where the path is not that of a regular file.
+/// A temporary file and its target path; `None` if the path is not that of a regular file.
 fn begin(path: &Path) -> Result<Option<(Draft, PathBuf)>, WriteError> {
     let failed = |error| WriteError::Failed { path: path.to_owned(), error };
     let goal = match fs::metadata(path) {
@@ -56,9 +55,9 @@ fn begin(path: &Path) -> Result<Option<(Draft, PathBuf)>, WriteError> {
         Ok(existing) if existing.permissions().readonly() => {
             return Err(WriteError::IsProtected { path: path.to_owned() });
         }
-        // A link stays a link: what it points at is replaced.
+        // A link stays a link: its target is replaced.
         Ok(_) => fs::canonicalize(path).map_err(failed)?,
-        // One that points at nothing stays one, too: where it points, a file comes to be.
+        // A dangling link stays one as well: its target is created.
         Err(_) => fs::read_link(path)
             .map_or_else(|_| path.to_owned(), |target| path.with_file_name("").join(target)),
     };
@@ -77,10 +76,10 @@ fn begin(path: &Path) -> Result<Option<(Draft, PathBuf)>, WriteError> {
     Ok(Some((draft, goal)))
 }
 
-/// Why a file could not be written. The file is as it was before.
+/// Why a file could not be written. The file is unchanged.
 #[derive(Debug)]
 pub enum WriteError {
-    /// The folder it should be in does not exist.
+    /// Its folder does not exist.
     NoFolder {
         /// The file.
         path: PathBuf,
@@ -92,12 +91,12 @@ pub enum WriteError {
         /// The folder.
         path: PathBuf,
     },
-    /// The path is that of something else than a folder.
+    /// The path is not a folder.
     NotFolder {
-        /// What it is.
+        /// The path.
         path: PathBuf,
     },
-    /// The file is there and may not be written to.
+    /// The file exists and is write-protected.
     IsProtected {
         /// The file.
         path: PathBuf,
@@ -106,7 +105,7 @@ pub enum WriteError {
     Failed {
         /// The file.
         path: PathBuf,
-        /// What it said.
+        /// The error of the system.
         error: io::Error,
     },
 }

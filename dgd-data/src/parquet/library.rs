@@ -1,7 +1,7 @@
-//! Parquet files by the `parquet` crate, which knows all of the format.
+//! Reads Parquet files with the `parquet` crate, which supports the whole format.
 //!
-//! Columns that hold no single numbers, times or texts (lists, binary data) become text, so that they are refused only
-//! if a model asks for them.
+//! Columns that do not hold single numbers, times or texts (lists, binary data) become text, so that they are refused
+//! only if a model reads them.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -29,11 +29,10 @@ pub(super) fn catches_panics() -> bool {
     CATCHES.get()
 }
 
-/// Reads a file by columns, and of these by groups of rows.
+/// Reads a file column by column within groups of rows.
 pub(super) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), Unread> {
     let length = place.len().map_err(|error| Unread::from(error.to_string()))?;
-    // The library panics on some files that are damaged where `verify` does not look. Of what it was given
-    // nothing is used then.
+    // The library panics on some damaged files that `verify` does not detect. Their data is then discarded.
     CATCHES.set(true);
     let read = catch_unwind(AssertUnwindSafe(|| match place {
         Place::Memory(bytes) => columns_of(Bytes::from(bytes), length, table),
@@ -48,7 +47,7 @@ fn damaged() -> ParquetError {
     ParquetError::General("the file is damaged".to_owned())
 }
 
-/// Checks that all columns lie within the file.
+/// Checks that all columns are within the file.
 fn verify(metadata: &ParquetMetaData, length: u64) -> Result<()> {
     let within = |column: &ColumnChunkMetaData| {
         let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
@@ -58,8 +57,8 @@ fn verify(metadata: &ParquetMetaData, length: u64) -> Result<()> {
             .and_then(|(start, size)| start.checked_add(size));
         end.is_some_and(|end| end <= length)
     };
-    let all = metadata.row_groups().iter().flat_map(RowGroupMetaData::columns).all(within);
-    if all { Ok(()) } else { Err(damaged()) }
+    let is_within = metadata.row_groups().iter().flat_map(RowGroupMetaData::columns).all(within);
+    if is_within { Ok(()) } else { Err(damaged()) }
 }
 
 fn columns_of<R: ChunkReader + 'static>(
@@ -97,7 +96,7 @@ fn columns_of<R: ChunkReader + 'static>(
     Ok(())
 }
 
-/// What stands in every row of a column in place of something that is neither a number nor a text.
+/// The text for every row of a column that holds neither numbers nor texts.
 fn other(column: &ColumnDescriptor) -> Option<&'static str> {
     if column.max_rep_level() > 0 {
         return Some("a list");
@@ -105,7 +104,7 @@ fn other(column: &ColumnDescriptor) -> Option<&'static str> {
     (column.physical_type() == Physical::FIXED_LEN_BYTE_ARRAY).then_some("binary data")
 }
 
-/// Rows that are read at a time.
+/// Rows per batch.
 const BATCH: usize = 1 << 16;
 
 /// Reads a column of a group of rows.
@@ -165,7 +164,7 @@ fn column_of(
     }
 }
 
-/// What a column means; older files say it in another way.
+/// The logical type of a column; older files encode it differently.
 fn logical_type(column: &ColumnDescriptor) -> Option<LogicalType> {
     column.logical_type_ref().cloned().or_else(|| match column.converted_type() {
         ConvertedType::DATE => Some(LogicalType::Date),
@@ -180,20 +179,20 @@ fn logical_type(column: &ColumnDescriptor) -> Option<LogicalType> {
     })
 }
 
-/// Hands on the values of a column without lists, some rows at a time; `None` where there is none.
+/// Passes on the values of a column without lists in batches; `None` for missing ones.
 fn batches<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     column: &ColumnDescriptor,
     n_rows: usize,
     mut take: impl FnMut(Vec<Option<T::T>>),
 ) -> Result<()> {
-    // A value is there where everything on the way to it is.
+    // A value is present if it has the highest definition level.
     let there = column.max_def_level();
     let mut left = n_rows;
     while left > 0 {
         let (mut values, mut levels) = (Vec::new(), Vec::new());
-        let asked = left.min(BATCH);
-        let (n, ..) = reader.read_records(asked, Some(&mut levels), None, &mut values)?;
+        let batch = left.min(BATCH);
+        let (n, ..) = reader.read_records(batch, Some(&mut levels), None, &mut values)?;
         if n == 0 {
             return Err(ParquetError::EOF("a column ends early".to_owned()));
         }
@@ -220,8 +219,8 @@ fn texts<T>(values: Vec<Option<T>>, text: impl Fn(T) -> String) -> Cells {
     Cells::Texts(values.into_iter().map(|value| value.map(&text).unwrap_or_default()).collect())
 }
 
-/// An integer as its column means it: signed or not, or a number of decimals. `mask` is the largest
-/// unsigned integer of its size.
+/// An integer according to its column: signed or unsigned, or a decimal. `mask` is the largest unsigned integer of its
+/// size.
 fn integer(value: i64, logical: Option<&LogicalType>, mask: u64) -> f64 {
     match logical {
         Some(LogicalType::Integer(kind)) if !kind.is_signed => (value as u64 & mask) as f64,
@@ -230,7 +229,7 @@ fn integer(value: i64, logical: Option<&LogicalType>, mask: u64) -> f64 {
     }
 }
 
-/// An ISO 8601 stamp of nanoseconds since 1970.
+/// An ISO 8601 timestamp from nanoseconds since 1970.
 fn stamp(nanoseconds: i128, utc: bool) -> String {
     match Timestamp::from_nanosecond(nanoseconds) {
         Ok(stamp) if utc => stamp.to_string(),
@@ -255,14 +254,14 @@ mod tests {
     use crate::read_from;
     use crate::write::{Written, save_parquet, write_table};
 
-    /// The CSV text that a file stands for.
+    /// The CSV text equivalent to a file.
     fn to_csv(file: Vec<u8>) -> Result<String, String> {
         let mut text = Text::default();
         let read = read(Place::Memory(file), &mut text);
         read.map(|()| text.to_csv()).map_err(|unread| unread.why)
     }
 
-    /// Three rows of a stamp, a number that may be missing, and a text.
+    /// Three rows of a timestamp, an optional number, and a text.
     fn file() -> Result<Vec<u8>> {
         let field = |name, physical, repetition, logical| {
             let field = Type::primitive_type_builder(name, physical);

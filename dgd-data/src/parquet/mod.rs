@@ -1,9 +1,9 @@
-//! Parquet files to columns, and tables to Parquet.
+//! Reads Parquet files into columns, and writes tables as Parquet.
 //!
-//! A file is read by columns, those alone that are wanted, and of these by groups of rows: what is held besides the
-//! table is a few pages of one column.
+//! Only the needed columns of a file are read, by groups of rows, so that memory holds just a few pages of one column
+//! in addition to the table.
 //!
-//! What dgd writes, every build reads ([`plain`]). Compressed files, dates and the rest need the `parquet`
+//! Every build can read files written by dgd ([`plain`]). Compressed files, dates and other features need the `parquet`
 //! crate ([`library`]), which takes longer to build than all of dgd's other file formats together.
 
 #[cfg(feature = "parquet")]
@@ -18,10 +18,10 @@ use std::io::{self, Read, Seek, SeekFrom};
 
 pub(crate) use write::ParquetWriter;
 
-/// What a Parquet file begins and ends with.
+/// Magic bytes at both ends of a Parquet file.
 pub(crate) const MAGIC: &[u8] = b"PAR1";
 
-/// Why a file was not read.
+/// The reason why a file was not read.
 #[derive(Debug)]
 pub(crate) struct Unread {
     pub(crate) why: String,
@@ -40,14 +40,14 @@ impl From<io::Error> for Unread {
     }
 }
 
-/// A file that can be read from anywhere in it.
+/// A file with random access.
 pub(crate) enum Place {
     Memory(Vec<u8>),
     File(File),
 }
 
 impl Place {
-    /// How many bytes it has.
+    /// Its length in bytes.
     pub(crate) fn len(&self) -> io::Result<u64> {
         match self {
             Place::Memory(bytes) => Ok(bytes.len() as u64),
@@ -55,7 +55,7 @@ impl Place {
         }
     }
 
-    /// So many bytes from there on, which are within the file.
+    /// A range of bytes within the file.
     pub(crate) fn bytes(&self, from: u64, length: usize) -> io::Result<Vec<u8>> {
         match self {
             Place::Memory(bytes) => {
@@ -76,7 +76,7 @@ impl Place {
         }
     }
 
-    /// Whether it begins and ends as Parquet files do.
+    /// Whether it begins and ends like a Parquet file.
     pub(crate) fn is_parquet(&self) -> bool {
         let n = MAGIC.len();
         let is_magic = |from: u64| self.bytes(from, n).is_ok_and(|bytes| bytes == MAGIC);
@@ -87,11 +87,11 @@ impl Place {
 
 /// Some rows of a column.
 pub(crate) enum Cells {
-    /// Numbers, NaN where there is none.
+    /// Numbers, NaN for missing ones.
     Numbers(Vec<f64>),
-    /// Texts, empty where there is none.
+    /// Texts, empty for missing ones.
     Texts(Vec<String>),
-    /// What stands in each of so many rows in place of something else.
+    /// A text for each of this many rows of an unsupported type.
     #[cfg_attr(
         not(feature = "parquet"),
         allow(dead_code, reason = "only the library reads on there")
@@ -99,16 +99,16 @@ pub(crate) enum Cells {
     Other(&'static str, usize),
 }
 
-/// Takes in the columns of a file.
+/// Receives the columns of a file.
 pub(crate) trait TakesColumns {
-    /// Told names, the number of rows, and of bytes; says which columns are wanted, or that none are.
+    /// Receives names, the number of rows, and the size in bytes; returns which columns are needed, or `None` to stop.
     fn begin(&mut self, names: &[String], n_rows: usize, bytes: u64) -> Option<Vec<bool>>;
 
-    /// Takes the next rows of a column. Columns come one after the other.
+    /// Receives the next rows of a column. Columns come one after the other.
     fn take(&mut self, column: usize, cells: Cells);
 }
 
-/// Reads a file: one that dgd wrote or one that is as simple, or any with the library.
+/// Reads a file: a simple one, such as dgd writes, or any with the library.
 #[cfg_attr(
     not(feature = "parquet"),
     allow(clippy::needless_pass_by_value, reason = "the library needs the file as its own")
@@ -120,8 +120,8 @@ pub(crate) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), Unr
     plain::read(&place, table)
 }
 
-/// Whether a panic of this thread, in the library that reads Parquet, is caught and becomes a message: a hook
-/// for panics has nothing to say of it.
+/// Whether a panic of this thread, in the library that reads Parquet, is caught and becomes a message, so that a panic
+/// hook should stay silent.
 pub fn catches_panics() -> bool {
     #[cfg(feature = "parquet")]
     return library::catches_panics();
@@ -129,8 +129,7 @@ pub fn catches_panics() -> bool {
     false
 }
 
-/// All columns as text, for tests.
-/// A table as a file of Parquet.
+/// A CSV table as a Parquet file.
 #[cfg(test)]
 pub(crate) fn written(csv: &str) -> Vec<u8> {
     use std::io::Write as _;
@@ -174,7 +173,7 @@ impl TakesColumns for Text {
 
 #[cfg(test)]
 impl Text {
-    /// The CSV text that the file stands for.
+    /// The CSV text of the columns.
     pub(crate) fn to_csv(&self) -> String {
         let line = |cells: Vec<&String>| {
             let cells: Vec<String> =

@@ -1,16 +1,16 @@
-//! Reads Parquet as dgd writes it: columns of doubles and texts, plain and not compressed.
+//! Reads Parquet files as dgd writes them: columns of doubles and texts, plain and uncompressed.
 
 use super::thrift::{Value, decode};
 use super::{Cells, MAGIC, Place, TakesColumns, Unread};
 use crate::parquet::write::{BYTE_ARRAY, DATA_PAGE, DOUBLE, OPTIONAL, PLAIN, RLE, UNCOMPRESSED};
 
-/// Reads a file by columns, and of these by groups of rows.
+/// Reads a file column by column within groups of rows.
 pub(super) fn read(place: &Place, table: &mut dyn TakesColumns) -> Result<(), Unread> {
     let length = place.len()?;
     let end = description(place, length)?;
     let description = decode(&end).filter(|(_, rest)| rest.is_empty()).ok_or_else(damaged)?.0;
     let columns = columns(&description)?;
-    // A row takes a byte at least, but for rows that hold nothing.
+    // A row takes at least one byte, except in rows without values.
     let mut room = usize::try_from(length).map_err(|_| damaged())?;
     let mut groups = Vec::new();
     for group in description.list(4).ok_or_else(damaged)? {
@@ -41,13 +41,13 @@ fn another_kind() -> Unread {
     }
 }
 
-/// What stands at the end of the file.
+/// The metadata at the end of the file.
 fn description(place: &Place, length: u64) -> Result<Vec<u8>, Unread> {
     let tail = MAGIC.len() as u64 + 4;
-    let at = length.checked_sub(tail).ok_or_else(damaged)?;
-    let bytes = place.bytes(at, 4)?;
+    let position = length.checked_sub(tail).ok_or_else(damaged)?;
+    let bytes = place.bytes(position, 4)?;
     let size = u32::from_le_bytes(bytes.try_into().map_err(|_| damaged())?);
-    let begin = at.checked_sub(size.into()).filter(|begin| *begin >= MAGIC.len() as u64);
+    let begin = position.checked_sub(size.into()).filter(|begin| *begin >= MAGIC.len() as u64);
     if !place.is_parquet() {
         return Err(damaged());
     }
@@ -64,7 +64,7 @@ fn columns<'a>(description: &Value<'a>) -> Result<Vec<Column<'a>>, Unread> {
     let schema = description.list(2).ok_or_else(damaged)?;
     let fields = schema.get(1..).filter(|fields| !fields.is_empty()).ok_or_else(damaged)?;
     let column = |field: &Value<'a>| {
-        // A group of fields, a list, and what a number may mean besides itself.
+        // Groups, lists, and numbers with a logical type are not supported.
         let is_group = field.integer(5).is_some_and(|n| n > 0);
         let kind = field.integer(1);
         let means_more = kind == Some(DOUBLE.into()) && field.field(6).is_some();
@@ -83,7 +83,7 @@ fn columns<'a>(description: &Value<'a>) -> Result<Vec<Column<'a>>, Unread> {
     fields.iter().map(column).collect()
 }
 
-/// Bytes in which the head of a page has room.
+/// Size limit of a page header, in bytes.
 const HEAD: u64 = 1 << 16;
 
 /// Reads a column of a group of rows, page by page.
@@ -140,7 +140,7 @@ fn page_cells(mut bytes: &[u8], column: &Column<'_>, count: usize) -> Result<Cel
     }
 }
 
-/// So many values, `missing` where there is none.
+/// Values by runs, with `missing` for absent ones.
 fn optional<T: Clone>(
     runs: &[(bool, usize)],
     count: usize,
@@ -157,7 +157,7 @@ fn optional<T: Clone>(
     if values.len() == count { Ok(values) } else { Err(damaged()) }
 }
 
-/// Runs of values that are there or missing.
+/// Runs of present and missing values.
 fn runs_of(mut levels: &[u8]) -> Result<Vec<(bool, usize)>, Unread> {
     let mut runs = Vec::new();
     while !levels.is_empty() {
@@ -173,7 +173,7 @@ fn runs_of(mut levels: &[u8]) -> Result<Vec<(bool, usize)>, Unread> {
                 _ => {}
             }
         }
-        // Bits instead of runs; another writer may choose those.
+        // A bit-packed run, which other writers may use.
         if header & 1 == 1 {
             let (bits, rest) = levels.split_at_checked(header >> 1).ok_or_else(damaged)?;
             levels = rest;
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn a_table_is_read_as_it_was_written() {
         assert_eq!(read(&written(TABLE)).as_deref(), Ok(TABLE));
-        // Several groups of rows, and runs of missing values longer than a byte can count.
+        // Several groups of rows, and runs of missing values whose length does not fit into a byte.
         let cell = |i: i32| if i / 1000 % 2 == 0 { "NaN".to_owned() } else { i.to_string() };
         let row = |i: i32| format!("{i},{}\n", vec![cell(i); 60].join(","));
         let names: Vec<String> = (0..60).map(|j| format!(",c{j}")).collect();
@@ -261,11 +261,12 @@ mod tests {
 
     #[test]
     fn what_only_the_library_reads_is_said_to_be_so() {
-        // The codec of the first column: field 4 behind the list of its name.
+        // The codec of the first column: field 4 after its path.
         let file = written("x [m]\n1\n");
-        let at = file.windows(6).rposition(|bytes| bytes[..5] == *b"x [m]" && bytes[5] == 0x15);
+        let position =
+            file.windows(6).rposition(|bytes| bytes[..5] == *b"x [m]" && bytes[5] == 0x15);
         let mut compressed = file;
-        compressed[at.expect("a path and a codec") + 6] = 2;
+        compressed[position.expect("a path and a codec") + 6] = 2;
         let unread = to_csv(&compressed).expect_err("compressed by Snappy");
         assert_eq!(unread.why, "it is a Parquet file of a kind that this build does not read");
         assert!(unread.help.is_some_and(|help| help.contains("--features parquet")));

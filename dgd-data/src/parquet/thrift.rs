@@ -1,4 +1,4 @@
-//! Thrift's compact protocol, in which a Parquet file describes itself.
+//! Thrift's compact protocol, the encoding of Parquet metadata.
 
 /// Types of fields and elements.
 pub(super) const I32: u8 = 5;
@@ -11,7 +11,7 @@ const STRUCT: u8 = 12;
 #[derive(Debug, Default)]
 pub(super) struct Encoder {
     pub(super) bytes: Vec<u8>,
-    /// The last field of each struct that is open, but for the innermost.
+    /// The last field of each enclosing open struct.
     outer: Vec<i16>,
     last: i16,
 }
@@ -108,7 +108,7 @@ impl Encoder {
         self.whole(write);
     }
 
-    /// A struct that is not a field of another.
+    /// A top-level struct.
     pub(super) fn whole(&mut self, write: impl FnOnce(&mut Self)) {
         self.outer.push(self.last);
         self.last = 0;
@@ -118,14 +118,14 @@ impl Encoder {
     }
 }
 
-/// What was read.
+/// A decoded value.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value<'a> {
     Integer(i64),
     Bytes(&'a [u8]),
     List(Vec<Value<'a>>),
     Struct(Vec<(i16, Value<'a>)>),
-    /// A value of a type that nothing here needs.
+    /// A value of an unused type.
     Other,
 }
 
@@ -161,7 +161,7 @@ impl<'a> Value<'a> {
     }
 }
 
-/// Reads a struct, and what follows it; `None` where the bytes are not one.
+/// Decodes a struct, and returns the rest; `None` for invalid bytes.
 pub(super) fn decode(bytes: &[u8]) -> Option<(Value<'_>, &[u8])> {
     let mut decoder = Decoder { bytes };
     let value = decoder.value(STRUCT, 0)?;
@@ -172,7 +172,7 @@ struct Decoder<'a> {
     bytes: &'a [u8],
 }
 
-/// Structs and lists in one another; a file of ours has six.
+/// Maximum nesting of structs and lists; files written by dgd have six levels.
 const DEEPEST: usize = 32;
 
 impl<'a> Decoder<'a> {
@@ -208,7 +208,7 @@ impl<'a> Decoder<'a> {
             return None;
         }
         Some(match kind {
-            // Of a field, the type says whether it is true.
+            // The type of a boolean field contains its value.
             1 | 2 => Value::Other,
             3 => self.byte().map(|_| Value::Other)?,
             4..=6 => Value::Integer(self.integer()?),
@@ -224,7 +224,7 @@ impl<'a> Decoder<'a> {
                     15 => usize::try_from(self.varint()?).ok()?,
                     length => length.into(),
                 };
-                // Each element has a byte at least, a boolean too.
+                // Each element, even a boolean, takes at least one byte.
                 if length > self.bytes.len() {
                     return None;
                 }

@@ -1,7 +1,7 @@
-//! A table to Parquet: the same names, units and numbers as in CSV.
+//! Writes a table as Parquet, with the same names, units and numbers as in CSV.
 //!
-//! Columns are doubles, or UTF-8 where a cell holds anything else; an empty cell is a null. Pages are plain
-//! and not compressed, one for each column of a row group, so that every reader reads them.
+//! Columns are doubles, or UTF-8 if any cell is not a number; an empty cell is a null. Pages are plain and
+//! uncompressed, one for each column of a row group, so that every reader can read them.
 
 use std::io::{self, Write};
 use std::mem::take;
@@ -9,10 +9,10 @@ use std::mem::take;
 use super::MAGIC;
 use super::thrift::Encoder;
 
-/// Cells of a row group, all columns together.
+/// Cells in a row group, over all columns.
 const GROUP: usize = 1 << 21;
 
-// Numbers of the format.
+// Constants of the format.
 pub(super) const DOUBLE: i32 = 5;
 pub(super) const BYTE_ARRAY: i32 = 6;
 pub(super) const OPTIONAL: i32 = 1;
@@ -22,16 +22,16 @@ pub(super) const DATA_PAGE: i32 = 0;
 pub(super) const UNCOMPRESSED: i32 = 0;
 const UTF8: i32 = 0;
 
-/// Takes CSV text as [`write_table`](crate::write::write_table) writes it, and writes Parquet.
+/// Converts CSV text in the format of [`write_table`](crate::write::write_table) to Parquet.
 pub(crate) struct ParquetWriter<'a> {
     out: &'a mut dyn Write,
     /// Bytes written.
     offset: usize,
-    /// A line that has not ended.
+    /// The current, incomplete line.
     line: Vec<u8>,
     in_quotes: bool,
     columns: Vec<Column>,
-    /// Rows of the group under way.
+    /// Rows in the current group.
     rows: usize,
     all_rows: usize,
     groups: Vec<Group>,
@@ -40,9 +40,9 @@ pub(crate) struct ParquetWriter<'a> {
 #[derive(Default)]
 struct Column {
     name: String,
-    /// Known when the first group is written.
+    /// Determined when the first group is written.
     kind: Option<i32>,
-    /// The group's cells, one after the other, and where each ends.
+    /// The group's cells, concatenated, and the end of each.
     cells: Vec<u8>,
     ends: Vec<usize>,
 }
@@ -71,7 +71,7 @@ impl<'a> ParquetWriter<'a> {
         }
     }
 
-    /// Writes what is left, and the description of the file.
+    /// Writes the last group and the metadata of the file.
     pub(crate) fn finish(mut self) -> io::Result<()> {
         self.end_group()?;
         self.begin()?;
@@ -90,7 +90,7 @@ impl<'a> ParquetWriter<'a> {
         if self.offset == 0 { self.put(MAGIC) } else { Ok(()) }
     }
 
-    /// Takes the line that has ended.
+    /// Processes a complete line.
     fn end_line(&mut self) -> io::Result<()> {
         let line = take(&mut self.line);
         let cells = cells(&line);
@@ -131,7 +131,7 @@ impl<'a> ParquetWriter<'a> {
                 header.structure(5, |page| {
                     page.i32(1, short(rows));
                     page.i32(2, PLAIN);
-                    // Of which values are there, and of lists, which there are not.
+                    // Encodings of definition levels and, unused here, of repetition levels.
                     page.i32(3, RLE);
                     page.i32(4, RLE);
                 });
@@ -145,7 +145,7 @@ impl<'a> ParquetWriter<'a> {
         Ok(())
     }
 
-    /// What stands at the end of the file.
+    /// The metadata at the end of the file.
     fn description(&self) -> Vec<u8> {
         let kind = |column: &Column| column.kind.unwrap_or(DOUBLE);
         let mut encoder = Encoder::default();
@@ -205,19 +205,19 @@ impl Write for ParquetWriter<'_> {
         Ok(bytes.len())
     }
 
-    /// Rows wait until their group is whole.
+    /// Rows wait until their group is complete.
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
 }
 
 impl Column {
-    /// The cells of the group as a page, which leaves none behind.
+    /// Takes the cells of the group as a page.
     fn page(&mut self) -> io::Result<Vec<u8>> {
         let (bytes, ends) = (take(&mut self.cells), take(&mut self.ends));
         let starts = std::iter::once(0).chain(ends.iter().copied());
         let cells: Vec<&[u8]> = starts.zip(&ends).map(|(start, end)| &bytes[start..*end]).collect();
-        // An empty cell and `NaN` are missing numbers; an empty text is one.
+        // An empty cell and `NaN` are missing numbers; an empty text is a text.
         let numbers: Option<Vec<f64>> = cells.iter().map(|cell| number(cell)).collect();
         match (self.kind, numbers) {
             (None | Some(DOUBLE), Some(numbers)) => {
@@ -245,12 +245,12 @@ impl Column {
     }
 }
 
-/// A cell's number, NaN where it is empty; `None` where it is a text.
+/// A cell's number, NaN if it is empty; `None` for a text.
 fn number(cell: &[u8]) -> Option<f64> {
     if cell.is_empty() { Some(f64::NAN) } else { str::from_utf8(cell).ok()?.parse().ok() }
 }
 
-/// Which values are there, as lengths of runs.
+/// Presence of values, as run lengths.
 fn levels(there: impl Iterator<Item = bool>) -> io::Result<Vec<u8>> {
     let mut runs: Vec<(bool, u64)> = Vec::new();
     for there in there {
@@ -274,7 +274,7 @@ fn levels(there: impl Iterator<Item = bool>) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A length as the format has it.
+/// A length in the type of the format.
 fn length(bytes: usize) -> io::Result<i32> {
     i32::try_from(bytes).map_err(|_| io::Error::other("a page is longer than Parquet allows"))
 }
@@ -286,7 +286,7 @@ fn cells(line: &[u8]) -> Vec<Vec<u8>> {
     for byte in line {
         match byte {
             b'"' => {
-                // Two quotes are one of the text.
+                // Two quotes stand for one.
                 if was_quote && !in_quotes {
                     cell.push(b'"');
                 }
@@ -301,7 +301,7 @@ fn cells(line: &[u8]) -> Vec<Vec<u8>> {
     cells
 }
 
-/// A count as the format has it; no table is so long that it would not fit.
+/// A count in the type of the format; no table is too long for it.
 fn long(count: usize) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }

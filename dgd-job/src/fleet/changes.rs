@@ -1,41 +1,41 @@
-//! Parameters of a well that have moved from one occasion to the next by more than their uncertainty.
+//! Parameters of a well that changed between occasions by more than their uncertainty.
 
 use dgd_screen::distribution::normal_two_sided;
 
 use super::tail::f_tail;
 use super::{CHANCE, WellFound};
 
-/// A parameter that has moved.
+/// A changed parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Change {
     pub(super) parameter: String,
-    /// The occasion before, and the one after.
+    /// The earlier occasion, and the later one.
     pub(super) from: String,
     pub(super) to: String,
-    /// By how much, in its unit.
+    /// The change, in the parameter's unit.
     pub(super) by: f64,
-    /// The same in standard deviations of the difference.
+    /// The change in standard deviations of the difference.
     pub(super) deviations: f64,
-    /// How probable that is where nothing moves: by Student's law, as noise is estimated from residuals.
+    /// Probability of such a change by chance, by Student's t, because the noise is estimated from residuals.
     pub(super) p_value: f64,
     /// Whether it is the last occasion with estimates.
     pub(super) is_last: bool,
 }
 
-/// Finds what has moved in each well: further than chance would move one of all in a hundredth of all fleets.
+/// Finds significant changes in each well; in a fleet without changes, one is found with a probability of 1 %.
 pub(super) fn find(wells: &mut [WellFound]) {
-    let all: Vec<Vec<Change>> = wells.iter().map(steps).collect();
-    let tests: usize = all.iter().map(Vec::len).sum();
+    let changes: Vec<Vec<Change>> = wells.iter().map(steps).collect();
+    let tests: usize = changes.iter().map(Vec::len).sum();
     if tests == 0 {
         return;
     }
     let least = CHANCE / tests as f64;
-    for (well, steps) in wells.iter_mut().zip(all) {
+    for (well, steps) in wells.iter_mut().zip(changes) {
         well.changes = steps.into_iter().filter(|step| step.p_value < least).collect();
     }
 }
 
-/// All steps from an occasion with estimates to the next.
+/// All steps between successive occasions with estimates.
 fn steps(well: &WellFound) -> Vec<Change> {
     let known: Vec<_> = well.occasions.iter().filter(|found| !found.estimates.is_empty()).collect();
     let mut steps = Vec::new();
@@ -43,8 +43,8 @@ fn steps(well: &WellFound) -> Vec<Change> {
         for (name, after) in &pair[1].estimates {
             let Some(before) = pair[0].estimate(name) else { continue };
             let (Some(a), Some(b)) = (before.std, after.std) else { continue };
-            let by = after.value - before.value;
-            let deviations = by.abs() / a.hypot(b);
+            let difference = after.value - before.value;
+            let deviations = difference.abs() / a.hypot(b);
             let freedom = pair[0].degrees_of_freedom.zip(pair[1].degrees_of_freedom);
             let p_value = match freedom {
                 Some((before, after)) => f_tail(deviations * deviations, 1.0, before + after),
@@ -54,7 +54,7 @@ fn steps(well: &WellFound) -> Vec<Change> {
                 parameter: name.clone(),
                 from: pair[0].when.clone(),
                 to: pair[1].when.clone(),
-                by,
+                by: difference,
                 deviations,
                 p_value,
                 is_last: k + 2 == known.len(),
@@ -95,13 +95,13 @@ mod tests {
         assert_eq!(wells[0].changes.len(), 1, "2.97 of a normal law are seldomer than 1 in 100");
         wells[0].occasions.iter_mut().for_each(|found| found.degrees_of_freedom = Some(3.0));
         find(&mut wells);
-        // Student's t of 6 degrees of freedom is beyond 2.97 in 2.5 of 100.
+        // Student's t with 6 degrees of freedom exceeds 2.97 with a probability of 2.5 %.
         assert!(wells[0].changes.is_empty());
     }
 
     #[test]
     fn a_step_beyond_chance_is_found_and_more_tests_ask_for_more() {
-        // 0.01 of two tests: 2.81 standard deviations of a difference, which is √2 of one.
+        // 0.01 for two tests: 2.81 standard deviations of a difference, which is √2 of one.
         let mut wells = vec![well(&[0.0, 0.5, 5.0])];
         find(&mut wells);
         let [step] = wells[0].changes.as_slice() else { panic!("{:?}", wells[0].changes) };

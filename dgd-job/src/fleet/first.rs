@@ -1,4 +1,4 @@
-//! What to look at first: wells with reasons, the most pressing before the others.
+//! Triage: wells to look at, with reasons, the most urgent first.
 
 use std::cmp::Ordering;
 
@@ -9,25 +9,25 @@ use super::changes::Change;
 use super::lacks::Lack;
 use super::unlike::{Compared, Distance};
 
-/// Why somebody should look at a well, the most pressing kind first.
+/// A reason to look at a well, the most urgent kind first.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Reason {
-    /// Something is missing that was not before.
+    /// A missing term was found for the first time.
     Began(Lack),
-    /// Parameters have moved at the last occasion, this one furthest; how many others besides.
+    /// Parameters changed at the last occasion: the largest change, and the number of others.
     Moved(Change, usize),
-    /// It is not like the others; the parameter, and its value here and in the middle of all, with the unit.
+    /// An outlier among the wells; the parameter, and its value here and the median, with the unit.
     Unlike(Distance, String),
-    /// Pieces failed: how many, which first and why.
+    /// Pieces failed: their number, the first one and its error.
     Failed(usize, String, String),
     /// A fit has not converged.
     Unconverged(String),
-    /// Something has been missing for a while.
+    /// A term has been missing for a while.
     Lacks(Lack),
 }
 
 impl Reason {
-    /// Place of its kind in the order.
+    /// Rank of its kind.
     fn rank(&self) -> usize {
         match self {
             Reason::Began(_) => 0,
@@ -39,7 +39,7 @@ impl Reason {
         }
     }
 
-    /// How much of it there is, among its kind.
+    /// Its size, among its kind.
     fn size(&self) -> f64 {
         match self {
             Reason::Moved(change, _) => change.deviations,
@@ -85,29 +85,29 @@ impl Reason {
     }
 }
 
-/// An effect is a name; what is unknown somewhere is words.
+/// Quotes the name of an effect, but not the description of an unknown term.
 fn quoted(name: &str) -> String {
     if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }
 }
 
-/// All reasons of all wells, the most pressing first; of equal ones in the order of the wells.
+/// All reasons of all wells, the most urgent first; equal ones in the order of the wells.
 pub(super) fn order(
     wells: &[WellFound],
     compared: &Compared,
     parameters: &[(String, String)],
 ) -> Vec<(usize, Reason)> {
-    let mut all: Vec<(usize, Reason)> = Vec::new();
+    let mut ordered: Vec<(usize, Reason)> = Vec::new();
     for (w, well) in wells.iter().enumerate() {
         let distance = compared.distances.get(w).copied().flatten();
-        all.extend(
+        ordered.extend(
             reasons(well, distance, compared, parameters).into_iter().map(|reason| (w, reason)),
         );
     }
-    all.sort_by(|(a, one), (b, other)| {
+    ordered.sort_by(|(a, one), (b, other)| {
         let size = || other.size().partial_cmp(&one.size()).unwrap_or(Ordering::Equal);
         one.rank().cmp(&other.rank()).then_with(size).then(a.cmp(b))
     });
-    all
+    ordered
 }
 
 fn reasons(
@@ -116,9 +116,9 @@ fn reasons(
     compared: &Compared,
     parameters: &[(String, String)],
 ) -> Vec<Reason> {
-    let mut all: Vec<Reason> = Vec::new();
+    let mut reasons: Vec<Reason> = Vec::new();
     for lack in &well.lacks {
-        all.push(if lack.is_new {
+        reasons.push(if lack.is_new {
             Reason::Began(lack.clone())
         } else {
             Reason::Lacks(lack.clone())
@@ -126,23 +126,23 @@ fn reasons(
     }
     let moved = well.changes.iter().filter(|change| change.is_last);
     if let Some(most) = moved.clone().max_by(|a, b| a.deviations.total_cmp(&b.deviations)) {
-        all.push(Reason::Moved(most.clone(), moved.count() - 1));
+        reasons.push(Reason::Moved(most.clone(), moved.count() - 1));
     }
     if let Some(distance) = distance.filter(|distance| distance.is_unlike) {
-        all.push(Reason::Unlike(distance, how_unlike(well, distance, compared, parameters)));
+        reasons.push(Reason::Unlike(distance, how_unlike(well, distance, compared, parameters)));
     }
     let failures: Vec<_> = well.occasions.iter().flat_map(|found| &found.failures).collect();
     if let Some((what, why)) = failures.first() {
-        all.push(Reason::Failed(failures.len(), what.clone(), why.clone()));
+        reasons.push(Reason::Failed(failures.len(), what.clone(), why.clone()));
     }
     let unconverged = well.occasions.iter().rev().find_map(|found| found.fit.as_ref());
     if let Some(Err(why)) = unconverged {
-        all.push(Reason::Unconverged(why.clone()));
+        reasons.push(Reason::Unconverged(why.clone()));
     }
-    all
+    reasons
 }
 
-/// "`c0` is 250 ± 3 m, in the middle of all 275 m".
+/// ``most in `c0`, which is 250 ± 3 m; the median is 275 m``.
 fn how_unlike(
     well: &WellFound,
     distance: Distance,
@@ -153,9 +153,9 @@ fn how_unlike(
     let estimate = well.latest().and_then(|found| found.estimate(name));
     let place = compared.parameters.iter().position(|j| *j == distance.most);
     let (Some(estimate), Some(place)) = (estimate, place) else { return format!("`{name}`") };
-    let own = with_unit(dgd_work::shown(estimate.value, estimate.std), unit);
+    let estimated = with_unit(dgd_work::shown(estimate.value, estimate.std), unit);
     let middle = with_unit(dgd_work::shown(compared.medians[place], None), unit);
-    format!("most in `{name}`, which is {own}; the median is {middle}")
+    format!("most in `{name}`, which is {estimated}; the median is {middle}")
 }
 
 #[cfg(test)]
@@ -189,10 +189,10 @@ mod tests {
             well(vec![lack(true)], vec![change(9.0)], Found::default()),
         ];
         let order = order(&wells, &Compared::default(), &[]);
-        let said: Vec<(usize, &str)> =
+        let kinds: Vec<(usize, &str)> =
             order.iter().map(|(w, reason)| (*w, reason.kind())).collect();
         assert_eq!(
-            said,
+            kinds,
             [
                 (2, "began"),
                 (2, "moved"),

@@ -1,36 +1,36 @@
-//! What a well lacks, and since when.
+//! Missing terms of a well, and since when.
 
 use super::reading::Found;
 
-/// Something that a well's model lacks at the last occasion that was searched.
+/// A missing term in the model of a well, at the last searched occasion.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Lack {
-    /// The effect, or the place of what has no name.
+    /// The effect, or the equation of an unnamed one.
     pub(super) name: String,
-    /// The first occasion from which on every search found it.
+    /// The first occasion since which every search has found it.
     pub(super) since: String,
-    /// Where in the recordings of that occasion it begins, s.
+    /// Its onset in the recordings of that occasion, s.
     pub(super) onset: Option<f64>,
-    /// Whether an earlier search did not find it and the last one was the first that did.
+    /// Whether only the last search found it, and an earlier one did not.
     pub(super) is_new: bool,
 }
 
-/// Of a well's occasions, in order of time.
+/// From a well's occasions, in order of time.
 pub(super) fn of(occasions: &[Found]) -> Vec<Lack> {
     let searched: Vec<_> =
         occasions.iter().filter_map(|found| Some((found, found.search.as_ref()?))).collect();
     let Some((_, last)) = searched.last() else { return Vec::new() };
     let lack = |(name, _): &(String, Option<f64>)| {
-        let found = searched
+        let hits = searched
             .iter()
             .map(|(_, search)| search.missing.iter().find(|(known, _)| known == name));
-        let found: Vec<_> = found.collect();
-        let without = found.iter().rposition(Option::is_none);
+        let hits: Vec<_> = hits.collect();
+        let without = hits.iter().rposition(Option::is_none);
         let first = without.map_or(0, |place| place + 1);
         Lack {
             name: name.clone(),
             since: searched[first].0.when.clone(),
-            onset: found[first].and_then(|(_, onset)| *onset),
+            onset: hits[first].and_then(|(_, onset)| *onset),
             is_new: first > 0 && first + 1 == searched.len(),
         }
     };
@@ -59,13 +59,13 @@ mod tests {
             occasion("4", Some(&["b", "a"])),
             occasion("5", Some(&["a", "c", "b"])),
         ];
-        let said: Vec<(String, String, bool)> =
+        let rows: Vec<(String, String, bool)> =
             of(&occasions).into_iter().map(|lack| (lack.name, lack.since, lack.is_new)).collect();
         let row = |name: &str, since: &str, is_new| (name.to_owned(), since.to_owned(), is_new);
-        assert_eq!(said, [row("a", "1", false), row("c", "5", true), row("b", "2", false)]);
+        assert_eq!(rows, [row("a", "1", false), row("c", "5", true), row("b", "2", false)]);
         assert_eq!(of(&occasions[..3]).len(), 2, "an occasion without a search says nothing");
         assert!(of(&occasions[2..3]).is_empty());
-        // What was there at the only search may have been there before.
+        // A term found by the only search may have been missing before.
         assert!(!of(&occasions[..1])[0].is_new);
     }
 }

@@ -1,10 +1,10 @@
-//! What a fleet says: which wells lack what, since when; their parameters over time; which are unlike the others, and what
-//! to look at first.
+//! The report on a fleet: which wells have missing terms, since when; their parameters over time; outliers among the
+//! wells, and what to look at first.
 //!
 //! ```text
-//!   results of pieces ─ reading ─► what was found at each occasion ─┬─ lacks ───► what a well lacks, since when
-//!                                                                   ├─ changes ─► parameters that have moved
-//!                                                                   └─ unlike ──► wells that are not like the others
+//!   results of pieces ─ reading ─► findings of each occasion ───────┬─ lacks ───► missing terms of a well, since when
+//!                                                                   ├─ changes ─► parameters that changed
+//!                                                                   └─ unlike ──► outliers among the wells
 //!                                                 all of them ─ first ─► what to look at first ─► text, tables, pages
 //! ```
 
@@ -30,29 +30,29 @@ use lacks::Lack;
 use reading::Found;
 use unlike::Compared;
 
-/// Files that a report always has; those of wells, `wells_1.html` and so on, come besides.
+/// Files of every report; the pages of wells, `wells_1.html` and so on, are added.
 pub const FILES: [&str; 3] = ["index.html", "wells.csv", "result.json"];
 
-/// A test counts as failed where chance would fail one of all the tests of a fleet less often than this.
+/// Significance level of all tests of a fleet together.
 const CHANCE: f64 = 0.01;
 
-/// What a fleet says.
+/// The results of a fleet.
 #[derive(Debug)]
 pub struct Fleet {
     counts: Counts,
-    /// Parameters of all wells with their units, in the order in which they are met.
+    /// Parameters of all wells with their units, in order of appearance.
     parameters: Vec<(String, String)>,
     wells: Vec<WellFound>,
     compared: Compared,
-    /// Wells and why to look at them, the most pressing first.
+    /// Wells with the reasons to look at them, the most urgent first.
     first: Vec<(usize, Reason)>,
     identity: Identity,
     seed: u64,
-    /// Names of the models, with how many wells have each.
+    /// Names of the models, with their number of wells.
     models: Vec<(String, usize)>,
 }
 
-/// How far a fleet is.
+/// Progress of a fleet.
 #[derive(Debug, Clone, Copy, Default)]
 struct Counts {
     pieces: usize,
@@ -60,12 +60,12 @@ struct Counts {
     failed: usize,
 }
 
-/// What was found of a well.
+/// The findings of a well.
 #[derive(Debug)]
 struct WellFound {
     name: String,
     occasions: Vec<Found>,
-    /// What it lacks at the last occasion that was searched.
+    /// Missing terms at the last searched occasion.
     lacks: Vec<Lack>,
     changes: Vec<Change>,
 }
@@ -77,11 +77,11 @@ impl WellFound {
     }
 }
 
-/// Puts together what the results of a job say. What has no result yet is left out.
+/// Collects the results of a job, as far as there are any.
 ///
 /// # Errors
 ///
-/// It cannot be said which results there are.
+/// The results cannot be listed.
 pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Result<Fleet, JobError> {
     let names = Names::new(&job.folder, identity);
     let there = store.all()?;
@@ -110,13 +110,13 @@ pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Result<Fleet, J
                 };
                 results.push((piece.kind, text));
             }
-            let found = Found::read(&occasion.when, &results);
-            for (name, estimate) in &found.estimates {
+            let findings = Found::read(&occasion.when, &results);
+            for (name, estimate) in &findings.estimates {
                 if !parameters.iter().any(|(known, _)| known == name) {
                     parameters.push((name.clone(), estimate.unit.clone()));
                 }
             }
-            occasions.push(found);
+            occasions.push(findings);
         }
         let lacks = lacks::of(&occasions);
         wells.push(WellFound { name: well.name.clone(), occasions, lacks, changes: Vec::new() });
@@ -129,7 +129,7 @@ pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Result<Fleet, J
 }
 
 impl Fleet {
-    /// The files of its report; `command` makes them again.
+    /// The files of its report; `command` reproduces them.
     pub fn files(&self, command: &str) -> Vec<(String, Vec<u8>)> {
         let mut files = page::all(self, command);
         files.push((FILES[1].to_owned(), table::csv(self).into_bytes()));
@@ -137,7 +137,7 @@ impl Fleet {
         files
     }
 
-    /// Pages of an earlier report in the folder that this one does not have.
+    /// Pages of an earlier report in the folder that this report no longer has.
     pub fn stale(&self, folder: Option<&Path>) -> Vec<String> {
         let names = (page::count(self) + 1..).map(page::name);
         let is_there = |name: &String| folder.is_some_and(|folder| folder.join(name).is_file());

@@ -1,32 +1,32 @@
-//! What the results of one occasion say: estimates with their bands, what is missing, what went wrong.
+//! Reads the results of one occasion: estimates with confidence intervals, missing terms, failures.
 
 use dgd_identify::percentiles;
 use serde_json::Value;
 
 use crate::piece::Kind;
 
-/// Half of the band around an estimate that holds the truth in 95 of 100 cases, in standard deviations.
+/// Half width of a 95 % confidence interval, in standard deviations.
 const HALF_BAND: f64 = 1.959_963_984_540_054;
 
-/// How often a band holds the truth.
+/// Confidence level.
 const BAND: f64 = 0.95;
 
-/// What was found of recordings that were used together.
+/// The results of recordings that were used together.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     pub(super) when: String,
     /// Parameters by name, in the order of the model.
     pub(super) estimates: Vec<(String, Estimate)>,
-    /// Whether the fit converged, and why it did not; nothing without a fit.
+    /// Whether the fit converged, and why not; `None` without a fit.
     pub(super) fit: Option<Result<(), String>>,
     pub(super) reduced_chi_square: Option<f64>,
-    /// Samples less estimates.
+    /// Samples minus estimates.
     pub(super) degrees_of_freedom: Option<f64>,
-    /// How many of how many starting points led to the least deviance.
+    /// Number of starting points that reached the lowest deviance, and their total.
     pub(super) starts: Option<(usize, usize)>,
-    /// What the search found; nothing where there was none.
+    /// The result of the search, if there was one.
     pub(super) search: Option<Search>,
-    /// What failed, with the reason.
+    /// Failed pieces, with the reasons.
     pub(super) failures: Vec<(String, String)>,
     /// Pieces without a result.
     pub(super) open: usize,
@@ -36,22 +36,22 @@ pub(super) struct Found {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Estimate {
     pub(super) value: f64,
-    /// Standard deviation; of what the model misses where that is larger.
+    /// Standard deviation; that of the model error if larger.
     pub(super) std: Option<f64>,
-    /// 95 % of the truths.
+    /// 95 % confidence interval.
     pub(super) band: Option<(f64, f64)>,
     pub(super) by: By,
     pub(super) unit: String,
 }
 
-/// What a band is made of.
+/// Source of a confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum By {
     /// The standard deviation.
     Std,
     /// The profile of the likelihood.
     Profile,
-    /// Refits to so many resampled data sets.
+    /// Refits to this many resampled data sets.
     Replicates(usize),
 }
 
@@ -65,25 +65,25 @@ impl By {
     }
 }
 
-/// What a search found.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Search {
     pub(super) verdict: String,
-    /// What is missing, by name, with the time at which it begins within the recordings, s.
+    /// Missing terms by name, with their onset within the recordings, s.
     pub(super) missing: Vec<(String, Option<f64>)>,
 }
 
-/// Fits whose deviances differ by less have ended in one minimum.
+/// Fits whose deviances differ by less than this ended in the same minimum.
 const SAME_DEVIANCE: f64 = 0.1;
 
 impl Found {
-    /// Of the results of its pieces, where there are some.
+    /// From the results of its pieces, as far as there are any.
     pub(super) fn read(when: &str, results: &[(Kind, Option<String>)]) -> Found {
-        let mut found = Found { when: when.to_owned(), ..Found::default() };
+        let mut findings = Found { when: when.to_owned(), ..Found::default() };
         let mut documents: Vec<(&Kind, Value)> = Vec::new();
         for (kind, text) in results {
             let Some(text) = text else {
-                found.open += 1;
+                findings.open += 1;
                 continue;
             };
             let document: Value = serde_json::from_str(text).unwrap_or_default();
@@ -92,22 +92,22 @@ impl Found {
             } else {
                 let why = document["error"].as_str().unwrap_or("the result cannot be read");
                 let first = why.lines().next().unwrap_or_default().to_owned();
-                found.failures.push((kind.to_string(), first));
+                findings.failures.push((kind.to_string(), first));
             }
         }
-        found.read_fits(&documents);
-        found.read_bands(&documents);
+        findings.read_fits(&documents);
+        findings.read_bands(&documents);
         if let Some((_, document)) = documents.iter().find(|(kind, _)| **kind == Kind::Discover) {
             let result = &document["result"];
-            found.search = Some(Search::read(result));
-            if found.estimates.is_empty() {
-                found.estimates = estimates(&result["base_parameters"]);
+            findings.search = Some(Search::read(result));
+            if findings.estimates.is_empty() {
+                findings.estimates = estimates(&result["base_parameters"]);
             }
         }
-        found
+        findings
     }
 
-    /// The fit with the least deviance of those that converged, of all starting points.
+    /// Takes the fit with the lowest deviance among those that converged, over all starting points.
     fn read_fits(&mut self, documents: &[(&Kind, Value)]) {
         let is_whole = |kind: &Kind| !matches!(kind, Kind::Discover);
         let fits: Vec<&(&Kind, Value)> =
@@ -136,7 +136,7 @@ impl Found {
         self.starts = (!starts.is_empty()).then(|| (led.count(), starts.len()));
     }
 
-    /// Profiles, or else resampled data, in the place of standard deviations.
+    /// Replaces standard deviations by profiles or, failing that, by resampled data.
     fn read_bands(&mut self, documents: &[(&Kind, Value)]) {
         for (name, estimate) in &mut self.estimates {
             let values: Vec<f64> = documents
@@ -228,10 +228,10 @@ mod tests {
             (start(3), Some(fit(2.1, 3.05, true))),
             (Kind::Discover, None),
         ];
-        let found = Found::read("now", &results);
-        let (name, estimate) = &found.estimates[0];
+        let findings = Found::read("now", &results);
+        let (name, estimate) = &findings.estimates[0];
         assert_eq!((name.as_str(), estimate.value, estimate.std), ("c", 2.0, Some(0.5)));
-        assert_eq!((found.starts, found.fit, found.open), (Some((2, 4)), Some(Ok(())), 1));
+        assert_eq!((findings.starts, findings.fit, findings.open), (Some((2, 4)), Some(Ok(())), 1));
         let (low, high) = estimate.band.expect("a band");
         assert!((low - 1.02).abs() < 1e-3 && (high - 2.98).abs() < 1e-3);
     }
@@ -248,19 +248,19 @@ mod tests {
         };
         let replicates = |from| Kind::Replicates { from, count: 20 };
         let mut results = vec![(replicates(0), part(1)), (replicates(20), part(21))];
-        let found = Found::read("now", &results);
-        assert_eq!(found.estimates[0].1.by, By::Replicates(40));
+        let findings = Found::read("now", &results);
+        assert_eq!(findings.estimates[0].1.by, By::Replicates(40));
         // 1 … 40: the quantiles 1/40.98 and its mirror.
-        let (low, high) = found.estimates[0].1.band.expect("a band");
+        let (low, high) = findings.estimates[0].1.band.expect("a band");
         assert!((low - 1.025).abs() < 1e-9 && (high - 39.975).abs() < 1e-9, "{low} {high}");
         let profiles = json!({ "c": { "interval": [18.5, 22.0] } });
         let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
         let result = json!({ "parameters": parameters, "converged": true, "profiles": profiles });
         let text = json!({ "state": "done", "result": result }).to_string();
         results.push((Kind::Profile { of: "c".into() }, Some(text)));
-        let found = Found::read("now", &results);
+        let findings = Found::read("now", &results);
         assert_eq!(
-            (found.estimates[0].1.by, found.estimates[0].1.band),
+            (findings.estimates[0].1.by, findings.estimates[0].1.band),
             (By::Profile, Some((18.5, 22.0)))
         );
     }
@@ -276,7 +276,7 @@ mod tests {
             "base_parameters": { "c": { "value": 1.0, "unit": "m", "std": null } },
         });
         let search = json!({ "state": "done", "result": result }).to_string();
-        let found = Found::read(
+        let findings = Found::read(
             "now",
             &[
                 (Kind::Fit, Some(failed)),
@@ -284,9 +284,9 @@ mod tests {
                 (Kind::Fit, Some("torn".into())),
             ],
         );
-        assert_eq!(found.failures[0], ("fit".to_owned(), "no such file".to_owned()));
-        assert_eq!(found.failures.len(), 2);
-        let search = found.search.expect("a search");
+        assert_eq!(findings.failures[0], ("fit".to_owned(), "no such file".to_owned()));
+        assert_eq!(findings.failures.len(), 2);
+        let search = findings.search.expect("a search");
         let expected = [
             ("leak".to_owned(), Some(12.0)),
             ("`-0.3 [1/s] * q` in `line`".to_owned(), None),
@@ -296,7 +296,7 @@ mod tests {
             (search.verdict.as_str(), search.missing.as_slice()),
             ("effects", &expected[..])
         );
-        assert_eq!((found.estimates[0].1.value, found.estimates[0].1.band), (1.0, None));
-        assert_eq!(found.fit, None);
+        assert_eq!((findings.estimates[0].1.value, findings.estimates[0].1.band), (1.0, None));
+        assert_eq!(findings.fit, None);
     }
 }

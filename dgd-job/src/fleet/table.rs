@@ -1,4 +1,4 @@
-//! What a fleet says as text, as CSV and for programs.
+//! The report on a fleet as text, CSV and JSON.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -8,56 +8,56 @@ use serde_json::{Map, Value, json};
 use super::reading::{Estimate, Found};
 use super::{Fleet, WellFound};
 
-/// So many reasons are told of in words.
+/// Reasons listed in the text.
 const MOST_TOLD: usize = 20;
 
-/// Something that wells lack, and the wells that do.
+/// A missing term, and the wells that lack it.
 pub(super) struct Missing<'a> {
     pub(super) name: &'a str,
-    /// Positions of the wells.
+    /// Indices of the wells.
     pub(super) wells: Vec<usize>,
-    /// How many of them lack it only since their last search.
+    /// Number of those in which only the last search found it.
     pub(super) new: usize,
 }
 
-/// What is missing at the last search of wells, that of most wells first.
+/// Terms missing at the last search of each well, the most frequent first.
 pub(super) fn missing(fleet: &Fleet) -> Vec<Missing<'_>> {
-    let mut all: BTreeMap<&str, Missing<'_>> = BTreeMap::new();
+    let mut missing_terms: BTreeMap<&str, Missing<'_>> = BTreeMap::new();
     for (w, well) in fleet.wells.iter().enumerate() {
         for lack in &well.lacks {
             let new = || Missing { name: &lack.name, wells: Vec::new(), new: 0 };
-            let one = all.entry(&lack.name).or_insert_with(new);
+            let one = missing_terms.entry(&lack.name).or_insert_with(new);
             one.wells.push(w);
             one.new += usize::from(lack.is_new);
         }
     }
-    let mut all: Vec<Missing<'_>> = all.into_values().collect();
-    all.sort_by_key(|one| std::cmp::Reverse(one.wells.len()));
-    all
+    let mut missing_terms: Vec<Missing<'_>> = missing_terms.into_values().collect();
+    missing_terms.sort_by_key(|one| std::cmp::Reverse(one.wells.len()));
+    missing_terms
 }
 
-/// The one sentence over all: how many wells, and how many lack something.
+/// The summary in one sentence: the number of wells, and of those with missing terms.
 pub(super) fn headline(fleet: &Fleet) -> String {
     let wells = fleet.wells.len();
     let searched = |well: &&WellFound| well.occasions.iter().any(|found| found.search.is_some());
     let searched: Vec<&WellFound> = fleet.wells.iter().filter(searched).collect();
     let lacking = searched.iter().filter(|well| !well.lacks.is_empty()).count();
     let unlike = fleet.compared.distances.iter().flatten().filter(|one| one.is_unlike).count();
-    let mut said = vec![match wells {
+    let mut parts = vec![match wells {
         1 => "1 well".to_owned(),
         n => format!("{n} wells"),
     }];
     if !searched.is_empty() {
-        said.push(format!("{lacking} of {} searched lack something", searched.len()));
+        parts.push(format!("{lacking} of {} searched lack something", searched.len()));
     }
     if fleet.compared.without.is_none() {
         let verb = if unlike == 1 { "is" } else { "are" };
-        said.push(format!("{unlike} {verb} unlike the others"));
+        parts.push(format!("{unlike} {verb} unlike the others"));
     }
-    said.join(", ")
+    parts.join(", ")
 }
 
-/// How far the job is.
+/// The progress of the job.
 pub(super) fn progress(fleet: &Fleet) -> String {
     let counts = fleet.counts;
     let open = counts.pieces - counts.done - counts.failed;
@@ -65,27 +65,27 @@ pub(super) fn progress(fleet: &Fleet) -> String {
     format!("{} of {} pieces are done, {} failed{open}", counts.done, counts.pieces, counts.failed)
 }
 
-/// What the comparison of wells was made of, or why there is none.
+/// The basis of the comparison of wells, or why there is none.
 pub(super) fn comparison(fleet: &Fleet) -> String {
     let compared = &fleet.compared;
     let name = |j: &usize| format!("`{}`", fleet.parameters[*j].0);
     let left_out =
         compared.left_out.iter().map(|(j, why)| format!("{} is left out: {why}", name(j)));
     let left_out: Vec<String> = left_out.collect();
-    let mut said = if let Some(why) = &compared.without {
+    let mut parts = if let Some(why) = &compared.without {
         vec![format!("Wells are not compared: {why}")]
     } else {
         let names: Vec<String> = compared.parameters.iter().map(name).collect();
         vec![format!("{} wells are compared in {}", compared.wells, names.join(", "))]
     };
-    said.extend(left_out);
-    said.join("; ")
+    parts.extend(left_out);
+    parts.join("; ")
 }
 
-/// For people.
+/// As text.
 pub(super) fn text(fleet: &Fleet) -> String {
     let mut text = format!("{}\n{}\n{}\n", headline(fleet), progress(fleet), comparison(fleet));
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     for one in missing(fleet) {
         let wells = if one.wells.len() == 1 { "well lacks" } else { "wells lack" };
         let new =
@@ -107,7 +107,7 @@ pub(super) fn text(fleet: &Fleet) -> String {
 /// A row for each occasion of each well.
 pub(super) fn csv(fleet: &Fleet) -> String {
     let mut text = String::from("well,when,verdict,missing,since,converged,distance,open,failed");
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     for (name, unit) in &fleet.parameters {
         for part in ["", " low", " high"] {
             text.push(',');
@@ -161,7 +161,7 @@ pub(super) fn csv(fleet: &Fleet) -> String {
     text
 }
 
-/// A cell of CSV. One that a spreadsheet would compute is a text.
+/// A CSV cell, escaped if a spreadsheet would evaluate it.
 fn cell(text: &str) -> String {
     let text =
         if text.starts_with(['=', '+', '-', '@']) { format!("'{text}") } else { text.to_owned() };
@@ -172,7 +172,7 @@ fn cell(text: &str) -> String {
     }
 }
 
-/// For programs.
+/// As JSON.
 pub(super) fn json(fleet: &Fleet) -> Value {
     let counts = fleet.counts;
     let names = |positions: &[usize]| -> Vec<&str> {
@@ -269,12 +269,12 @@ fn of_occasion(found: &Found) -> Value {
 }
 
 impl Fleet {
-    /// For programs.
+    /// As JSON.
     pub fn to_json(&self) -> Value {
         json(self)
     }
 
-    /// For people.
+    /// As text.
     pub fn to_text(&self) -> String {
         text(self)
     }

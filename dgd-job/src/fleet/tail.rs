@@ -4,8 +4,8 @@
 //!   P(F > f) = I_x(b/2, a/2),   x = b/(b + a f)     with a and b degrees of freedom
 //! ```
 //!
-//! I is the regularised incomplete beta function, by the continued fraction of DLMF 8.17.22 with Lentz's method, as in Press
-//! et al., Numerical Recipes, 3rd ed. (2007), §6.4.
+//! I is the regularised incomplete beta function, by the continued fraction of DLMF 8.17.22 with Lentz's method, as in
+//! Press et al., Numerical Recipes, 3rd ed. (2007), §6.4.
 
 /// P(F > `value`) with `a` and `b` degrees of freedom.
 pub(super) fn f_tail(value: f64, a: f64, b: f64) -> f64 {
@@ -29,14 +29,14 @@ fn beta(a: f64, b: f64, x: f64) -> f64 {
     }
 }
 
-/// What stands for zero in a continued fraction's denominators.
+/// Replaces zero in the denominators of a continued fraction.
 const TINY: f64 = 1e-300;
 
 fn fraction(a: f64, b: f64, x: f64) -> f64 {
     let nonzero = |value: f64| if value.abs() < TINY { TINY } else { value };
     let mut c = 1.0;
     let mut d = 1.0 / nonzero(1.0 - (a + b) * x / (a + 1.0));
-    let mut all = d;
+    let mut value = d;
     // It takes O(√max(a, b)) terms.
     let most = 200 + (20.0 * a.max(b).sqrt()) as usize;
     for m in 1..most {
@@ -45,17 +45,17 @@ fn fraction(a: f64, b: f64, x: f64) -> f64 {
             m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m)),
             -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0)),
         ];
-        let before = all;
+        let before = value;
         for term in terms {
             d = 1.0 / nonzero(1.0 + term * d);
             c = nonzero(1.0 + term / c);
-            all *= c * d;
+            value *= c * d;
         }
-        if (all - before).abs() <= f64::EPSILON * all.abs() {
+        if (value - before).abs() <= f64::EPSILON * value.abs() {
             break;
         }
     }
-    all
+    value
 }
 
 /// log Γ(x) for x > 0, by the series of Lanczos with nine terms.
@@ -101,15 +101,15 @@ mod tests {
             (10.044, 1.0, 10.0, 0.01),
             (4.431, 4.0, 20.0, 0.01),
         ] {
-            let found = f_tail(value, a, b);
-            assert!((found - tail).abs() < 2e-5, "{value} {a} {b}: {found}");
+            let computed = f_tail(value, a, b);
+            assert!((computed - tail).abs() < 2e-5, "{value} {a} {b}: {computed}");
         }
         // With two degrees of freedom above, a closed form: (1 + 2f/b)^(−b/2).
         for (f, b) in [(0.3_f64, 5.0_f64), (2.0, 8.0), (40.0, 30.0), (60.0, 400.0)] {
             let exact = (1.0 + 2.0 * f / b).powf(-0.5 * b);
             assert!((f_tail(f, 2.0, b) / exact - 1.0).abs() < 1e-10, "{f} {b}");
         }
-        // With many below, that of χ².
+        // With many degrees of freedom below, the tail approaches that of χ².
         let limit = dgd_screen::distribution::chi_square_tail(12.0, 4.0);
         assert!((f_tail(3.0, 4.0, 1e7) / limit - 1.0).abs() < 1e-5);
     }

@@ -1,111 +1,115 @@
-//! Wells that are not like the others: how far their parameters are from those of the bulk, as correlated as these are.
+//! Outliers among the wells: Mahalanobis distances of their parameters from the bulk.
 //!
 //! ```text
-//!   x     parameters of a well at its last occasion, less the median and over the median deviation of all wells
+//!   x     parameters of a well at its last occasion, minus the median and over the median deviation of all wells
 //!   m, V  centre and covariance of the bulk: orthogonalised pairwise estimates, then those of the wells near them
-//!   d²  = (x − m)ᵀ (V + D)⁻¹ (x − m)      D: what the well's own uncertainty has more than that of most
+//!   d²  = (x − m)ᵀ (V + D)⁻¹ (x − m)      D: excess of the well's own uncertainty over that of most wells
 //! ```
 //!
-//! Up to half of the wells may be anything. Where more than half are the same, in a parameter or in a combination of several,
-//! V is what they are known to there ([`bulk`](super::bulk)). d² of a well that is like the others is about p(n² − 1)/(n(n − p)) times an F of p
-//! and n − p degrees of freedom, n the wells that V was made of; one is unlike where that makes one of all so in one fleet of
-//! a hundred. It is somewhat more: of simulated fleets of 7 to 200 wells with 1 to 6 parameters, two to five in a hundred.
+//! Up to half of the wells may be outliers. If more than half are equal, in a parameter or in a combination of several,
+//! V is their uncertainty in that direction ([`bulk`](super::bulk)). For a well like the others, d² is distributed
+//! about as p(n² − 1)/(n(n − p)) times an F with p and n − p degrees of freedom, where n wells determine V. The nominal
+//! rate is one false outlier in a hundred fleets; in simulated fleets of 7 to 200 wells with 1 to 6 parameters it is
+//! two to five.
 //!
 //! # Sources
 //!
-//! R. Maronna, R. Zamar, Robust estimates of location and dispersion for high-dimensional datasets, Technometrics 44 (2002)
-//! 307, with medians and median deviations; J. Hardin, D. Rocke, The distribution of robust distances, J. Comput. Graph.
-//! Stat. 14 (2005) 928; the factor for covariances of a truncated normal as in C. Croux, G. Haesbroeck, Influence function
-//! and efficiency of the minimum covariance determinant scatter matrix estimator, J. Multivar. Anal. 71 (1999) 161.
+//! R. Maronna, R. Zamar, Robust estimates of location and dispersion for high-dimensional datasets, Technometrics 44
+//! (2002) 307, with medians and median deviations; J. Hardin, D. Rocke, The distribution of robust distances, J.
+//! Comput. Graph. Stat. 14 (2005) 928; the factor for covariances of a truncated normal as in C. Croux, G. Haesbroeck,
+//! Influence function and efficiency of the minimum covariance determinant scatter matrix estimator, J. Multivar. Anal.
+//! 71 (1999) 161.
 
 use nalgebra::DVector;
 
 use super::bulk::{Bulk, centre_and_scale, extent, median};
 use super::{CHANCE, WellFound};
 
-/// The wells, compared.
+/// The comparison of the wells.
 #[derive(Debug, Default)]
 pub(super) struct Compared {
-    /// Positions of the parameters that count, of those of the fleet.
+    /// Indices of the compared parameters of the fleet.
     pub(super) parameters: Vec<usize>,
-    /// Those that do not, with the reason.
+    /// Parameters that are not compared, with the reason.
     pub(super) left_out: Vec<(usize, &'static str)>,
-    /// How many wells have all of them.
+    /// Number of wells with all compared parameters.
     pub(super) wells: usize,
-    /// Why nothing is compared.
+    /// Why there is no comparison.
     pub(super) without: Option<String>,
-    /// For each well of the fleet how far it is; nothing where a parameter is not known.
+    /// Distance of each well of the fleet; `None` if a parameter is missing.
     pub(super) distances: Vec<Option<Distance>>,
-    /// Median of each parameter that counts, in its unit.
+    /// Median of each compared parameter, in its unit.
     pub(super) medians: Vec<f64>,
 }
 
-/// How far a well is from the others.
+/// Distance of a well from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Distance {
     /// In standard deviations of the bulk.
     pub(super) value: f64,
-    /// How probable such a distance is of a well like the others.
+    /// Probability of a larger distance for a well like the others.
     pub(super) p_value: f64,
-    /// Whether that is too improbable among so many wells.
+    /// Whether it is significant, given the number of wells.
     pub(super) is_unlike: bool,
-    /// The parameter, of the fleet's, without which it would be nearest.
+    /// The parameter of the fleet that contributes most to it.
     pub(super) most: usize,
 }
 
 /// Compares the last estimates of all wells.
 pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> Compared {
-    let mut all = Compared { distances: vec![None; wells.len()], ..Compared::default() };
+    let mut compared = Compared { distances: vec![None; wells.len()], ..Compared::default() };
     let value = |well: &WellFound, name: &str| {
         let estimate = well.latest()?.estimate(name)?;
         estimate.value.is_finite().then_some((estimate.value, estimate.std.unwrap_or(0.0)))
     };
     let known = wells.iter().filter(|well| well.latest().is_some()).count();
     if known < least_wells(1) {
-        all.without = Some(format!(
+        compared.without = Some(format!(
             "{known} of them have estimates, and {} are needed at the least",
             least_wells(1)
         ));
-        return all;
+        return compared;
     }
     let (mut scales, mut known_to) = (Vec::new(), Vec::new());
     for (j, (name, _)) in parameters.iter().enumerate() {
         let mut values: Vec<f64> =
             wells.iter().filter_map(|well| Some(value(well, name)?.0)).collect();
         if 2 * values.len() <= known {
-            all.left_out.push((j, "most wells do not have it"));
+            compared.left_out.push((j, "most wells do not have it"));
             continue;
         }
-        // Where most wells are the same, they differ by how well they are known; one at a bound does not say that.
+        // Most wells may be equal up to their uncertainty; an estimate at a bound has no uncertainty.
         let stds = wells.iter().filter_map(|well| Some(value(well, name)?.1));
         let known =
             median(&mut stds.filter(|std| *std > 0.0 && std.is_finite()).collect::<Vec<f64>>());
         let (centre, scale) = centre_and_scale(&mut values);
         if let Some(scale) = extent(scale, known) {
-            all.parameters.push(j);
-            all.medians.push(centre);
+            compared.parameters.push(j);
+            compared.medians.push(centre);
             scales.push(scale);
             known_to.push((known / scale).powi(2));
         } else {
-            all.left_out
+            compared
+                .left_out
                 .push((j, "it is the same in most wells, and none says how well it is known"));
         }
     }
-    let p = all.parameters.len();
+    let p = compared.parameters.len();
     let mut rows: Vec<(usize, DVector<f64>, DVector<f64>)> = Vec::new();
     for (w, well) in wells.iter().enumerate() {
-        let pairs = all.parameters.iter().map(|j| value(well, &parameters[*j].0));
+        let pairs = compared.parameters.iter().map(|j| value(well, &parameters[*j].0));
         if let Some(pairs) = pairs.collect::<Option<Vec<(f64, f64)>>>() {
-            let x = pairs.iter().zip(all.medians.iter().zip(&scales));
+            let x = pairs.iter().zip(compared.medians.iter().zip(&scales));
             let x = x.map(|((value, _), (centre, scale))| (value - centre) / scale);
-            let own = pairs.iter().zip(&scales).map(|((_, std), scale)| (std / scale).powi(2));
-            rows.push((w, DVector::from_iterator(p, x), DVector::from_iterator(p, own)));
+            let variances =
+                pairs.iter().zip(&scales).map(|((_, std), scale)| (std / scale).powi(2));
+            rows.push((w, DVector::from_iterator(p, x), DVector::from_iterator(p, variances)));
         }
     }
-    all.wells = rows.len();
-    // The bulk is nine tenths of what is left when half is anything, and has to determine a covariance.
+    compared.wells = rows.len();
+    // The bulk is nine tenths of at least half of the wells, and has to determine a covariance.
     if p == 0 || rows.len() < least_wells(p) {
-        all.without = Some(match p {
+        compared.without = Some(match p {
             0 => "no parameter differs from well to well".to_owned(),
             _ => format!(
                 "{} wells have estimates of all {p} parameters, of which {} are needed",
@@ -113,28 +117,28 @@ pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> C
                 least_wells(p)
             ),
         });
-        return all;
+        return compared;
     }
     let x: Vec<&DVector<f64>> = rows.iter().map(|(_, x, _)| x).collect();
     let Some(bulk) = Bulk::of(&x, &DVector::from_vec(known_to)) else {
-        all.without = Some("parameters of most wells depend on each other exactly".to_owned());
-        return all;
+        compared.without = Some("parameters of most wells depend on each other exactly".to_owned());
+        return compared;
     };
     let usual = DVector::from_fn(p, |j, _| {
         median(&mut rows.iter().map(|(.., own)| own[j]).collect::<Vec<f64>>())
     });
     for (w, x, own) in &rows {
         let more = (own - &usual).map(|more| more.max(0.0));
-        all.distances[*w] = bulk.distance(x, &more).map(|(squared, most)| {
+        compared.distances[*w] = bulk.distance(x, &more).map(|(squared, most)| {
             let p_value = bulk.tail(squared);
             let is_unlike = p_value < CHANCE / rows.len() as f64;
-            Distance { value: squared.sqrt(), p_value, is_unlike, most: all.parameters[most] }
+            Distance { value: squared.sqrt(), p_value, is_unlike, most: compared.parameters[most] }
         });
     }
-    all
+    compared
 }
 
-/// So many wells are needed to compare them in so many parameters.
+/// Fewest wells for a comparison in p parameters.
 fn least_wells(p: usize) -> usize {
     2 * p + 5
 }
@@ -179,7 +183,7 @@ mod tests {
         WellFound { name: String::new(), occasions, lacks: Vec::new(), changes: Vec::new() }
     }
 
-    /// Wells whose two parameters are correlated, in units far apart.
+    /// Wells with two correlated parameters, in units of different magnitude.
     fn fleet(n: usize, seed: u64) -> Vec<WellFound> {
         let mut normal = Normal(Pcg64::new(u128::from(seed), 7));
         let one = |_| {
@@ -190,20 +194,20 @@ mod tests {
     }
 
     fn unlike(wells: &[WellFound]) -> Vec<usize> {
-        let all = compare(wells, &named(3));
-        assert_eq!(all.without, None);
+        let compared = compare(wells, &named(3));
+        assert_eq!(compared.without, None);
         let is_unlike = |d: &Option<Distance>| d.is_some_and(|d| d.is_unlike);
-        (0..wells.len()).filter(|w| is_unlike(&all.distances[*w])).collect()
+        (0..wells.len()).filter(|w| is_unlike(&compared.distances[*w])).collect()
     }
 
     #[test]
     fn a_well_that_breaks_a_correlation_is_unlike_though_each_number_is_usual() {
         let mut wells = fleet(60, 1);
-        // Two standard deviations up in the one and down in the other.
+        // Two standard deviations up in one and down in the other.
         wells[17] = well(&[1e8 + 2e6, 3.0 - 0.2, 200.0], 0.0);
         assert_eq!(unlike(&wells), [17]);
-        let all = compare(&wells, &named(3));
-        assert!(all.distances[17].expect("it has all").most < 2, "not the third");
+        let compared = compare(&wells, &named(3));
+        assert!(compared.distances[17].expect("it has all").most < 2, "not the third");
     }
 
     #[test]
@@ -240,8 +244,8 @@ mod tests {
         let scaled: Vec<WellFound> = wells
             .iter()
             .map(|well| {
-                let found = &well.occasions[0].estimates;
-                let value = |j: usize| found[j].1.value;
+                let estimates = &well.occasions[0].estimates;
+                let value = |j: usize| estimates[j].1.value;
                 super::tests::well(&[value(0) * 1e-9, value(1) * 7.0 + 4.0, -value(2)], 0.0)
             })
             .collect();
@@ -252,16 +256,16 @@ mod tests {
         }
     }
 
-    /// A fleet whose wells are known to a tenth of what they scatter by.
+    /// A fleet in which uncertainties are a tenth of the scatter.
     fn known(n: usize, seed: u64) -> Vec<WellFound> {
         let with_std = |well: &WellFound| {
             let value = |j: usize| well.occasions[0].estimates[j].1.value;
-            let mut own = super::tests::well(&[value(0), value(1), value(2)], 0.0);
-            let found = &mut own.occasions[0].estimates;
-            for ((_, estimate), std) in found.iter_mut().zip([1e5, 0.01, 0.1]) {
+            let mut with_stds = super::tests::well(&[value(0), value(1), value(2)], 0.0);
+            let estimates = &mut with_stds.occasions[0].estimates;
+            for ((_, estimate), std) in estimates.iter_mut().zip([1e5, 0.01, 0.1]) {
                 estimate.std = Some(std);
             }
-            own
+            with_stds
         };
         fleet(n, seed).iter().map(with_std).collect()
     }
@@ -273,7 +277,8 @@ mod tests {
     #[test]
     fn where_most_wells_are_the_same_others_are_unlike_by_their_uncertainty() {
         let value = |well: &WellFound, j: usize| well.occasions[0].estimates[j].1.value;
-        // In one parameter, at a bound perhaps, to the bit or to rounding; one is off by ten of its standard deviations.
+        // In one parameter, perhaps at a bound, bitwise or up to rounding; one well is off by ten of its standard
+        // deviations.
         for noise in [0.0, 1e-16] {
             let mut wells = known(40, 8);
             for (w, well) in wells.iter_mut().enumerate() {
@@ -296,7 +301,7 @@ mod tests {
         assert_eq!(unlike(&wells), [30]);
         let copies: Vec<WellFound> = (0..20).map(|_| well(&copied, 0.1)).collect();
         assert!(unlike(&copies).is_empty());
-        // In a combination: the third is twice the second, but for one well in which both are usual.
+        // In a combination: the third is twice the second, except for one well, with usual values of both.
         let mut wells = known(40, 10);
         for well in &mut wells {
             let twice = 2.0 * value(well, 1);
@@ -315,8 +320,8 @@ mod tests {
         for well in &mut wells {
             well.occasions[0].estimates[2].1.value = 7.0;
         }
-        let all = compare(&wells, &named(3));
-        assert_eq!((all.parameters.as_slice(), all.left_out[0].0), (&[0, 1][..], 2));
+        let compared = compare(&wells, &named(3));
+        assert_eq!((compared.parameters.as_slice(), compared.left_out[0].0), (&[0, 1][..], 2));
         assert!(compare(&[], &named(0)).without.is_some());
     }
 }

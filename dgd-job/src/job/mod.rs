@@ -1,4 +1,4 @@
-//! What is to be done: wells, their recordings, and what is done with each.
+//! Jobs: wells, their recordings, and the tasks for each.
 //!
 //! ```json
 //! {
@@ -16,7 +16,7 @@
 //! }
 //! ```
 //!
-//! Pieces are counted through: all of a well, of that all of an occasion, in the order of the file.
+//! Pieces are numbered in the order of the file: by well, within a well by occasion.
 
 mod read;
 mod unique;
@@ -32,7 +32,7 @@ pub use read::bytes;
 /// A job.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
-    /// The folder that all its paths are seen from: that of its file.
+    /// The folder of the job file, to which all paths are relative.
     pub folder: PathBuf,
     /// The model file.
     pub model: String,
@@ -42,22 +42,22 @@ pub struct Job {
     pub seed: u64,
     /// Threads for a piece.
     pub threads: usize,
-    /// Most memory for a piece, bytes.
+    /// Memory limit of a piece, bytes.
     pub memory: Option<u64>,
-    /// What is done at each occasion.
+    /// Tasks for each occasion.
     pub todo: Vec<Do>,
     /// The wells.
     pub wells: Vec<Well>,
-    /// Number of the first piece of each well, and of all behind them.
+    /// Number of the first piece of each well, and the total number of pieces.
     begins: Vec<usize>,
 }
 
-/// Something that is done at each occasion.
+/// A task for each occasion.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Do {
-    /// The pieces of it.
+    /// Its pieces.
     pub kinds: Vec<Kind>,
-    /// Options besides.
+    /// Additional options.
     pub options: Vec<String>,
 }
 
@@ -66,28 +66,28 @@ pub struct Do {
 pub struct Well {
     /// Its name.
     pub name: String,
-    /// Its model, where it is not that of all.
+    /// Its model, if not the common one.
     pub model: Option<String>,
-    /// Options besides.
+    /// Additional options.
     pub options: Vec<String>,
-    /// When it was recorded, in order of time.
+    /// Its occasions, in order of time.
     pub occasions: Vec<Occasion>,
 }
 
 /// Recordings that are used together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Occasion {
-    /// When they were made, as the file says it, or else the name of the first.
+    /// Their date as given in the file, or the name of the first recording.
     pub when: String,
-    /// Recordings to fit to.
+    /// Training recordings.
     pub data: Vec<String>,
     /// Recordings for validation.
     pub valid: Vec<String>,
-    /// Options besides.
+    /// Additional options.
     pub options: Vec<String>,
 }
 
-/// What is wrong with a job file, as one sentence with the place.
+/// A mistake in a job file: one sentence with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JobError(pub String);
 
@@ -104,19 +104,19 @@ impl Job {
     ///
     /// # Errors
     ///
-    /// It cannot be read, or says what makes no sense.
+    /// It cannot be read, or is invalid.
     pub fn load(path: &Path) -> Result<Job, JobError> {
-        let said = |what: String| JobError(format!("`{}`: {what}", path.display()));
-        let text = std::fs::read_to_string(path).map_err(|error| said(error.to_string()))?;
+        let error_of = |what: String| JobError(format!("`{}`: {what}", path.display()));
+        let text = std::fs::read_to_string(path).map_err(|error| error_of(error.to_string()))?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        Job::read(&text, folder.unwrap_or(Path::new("."))).map_err(said)
+        Job::read(&text, folder.unwrap_or(Path::new("."))).map_err(error_of)
     }
 
-    /// Reads the text of a job file that lies in this folder.
+    /// Reads the text of a job file in this folder.
     ///
     /// # Errors
     ///
-    /// What makes no sense in it, with the place.
+    /// A mistake, with its place.
     pub fn read(text: &str, folder: &Path) -> Result<Job, String> {
         let mut job = read::job(text, folder)?;
         let each = job.each();
@@ -129,17 +129,17 @@ impl Job {
         Ok(job)
     }
 
-    /// How many pieces it has.
+    /// Number of pieces.
     pub fn len(&self) -> usize {
         self.begins.last().copied().unwrap_or_default()
     }
 
-    /// Whether there is nothing to do.
+    /// Whether there are no pieces.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The pieces of an occasion.
+    /// Number of pieces of an occasion.
     fn each(&self) -> usize {
         self.todo.iter().map(|one| one.kinds.len()).sum()
     }
@@ -209,25 +209,25 @@ mod tests {
     fn pieces_are_counted_through_wells_occasions_and_what_is_done() {
         let job = read(JOB).expect("a job");
         assert_eq!((job.threads, job.memory, job.len()), (2, Some(1_500_000_000), 4 * 10));
-        let said: Vec<String> =
+        let texts: Vec<String> =
             job.pieces().map(|p| format!("{} {} {}", p.well, p.when, p.kind)).collect();
-        assert_eq!(said[0], "one one fit");
-        assert_eq!(said[10], "two 2024 fit");
-        assert_eq!(said[13], "two 2024 start 2 of 3");
-        assert_eq!(said[14], "two 2024 replicates 0 to 9");
-        assert_eq!(said[16], "two 2024 replicates 20 to 24");
-        assert_eq!(said[18], "two 2024 profile of `b`");
-        assert_eq!(said[29], "two e discover");
-        assert_eq!(said[39], "three f discover");
-        let of = |index: usize| job.piece(index).expect("a piece").command();
-        assert_eq!(of(0), "dgd fit m.dgd --data one.csv --rtol 1e-7 --seed 5");
+        assert_eq!(texts[0], "one one fit");
+        assert_eq!(texts[10], "two 2024 fit");
+        assert_eq!(texts[13], "two 2024 start 2 of 3");
+        assert_eq!(texts[14], "two 2024 replicates 0 to 9");
+        assert_eq!(texts[16], "two 2024 replicates 20 to 24");
+        assert_eq!(texts[18], "two 2024 profile of `b`");
+        assert_eq!(texts[29], "two e discover");
+        assert_eq!(texts[39], "three f discover");
+        let command = |index: usize| job.piece(index).expect("a piece").command();
+        assert_eq!(command(0), "dgd fit m.dgd --data one.csv --rtol 1e-7 --seed 5");
         assert_eq!(
-            of(11),
+            command(11),
             "dgd fit m.dgd --data a.csv --data b.csv --valid c.csv --rtol 1e-7 --loss huber --starts 3 \
              --start-point 0 --seed 5"
         );
         assert_eq!(
-            of(39),
+            command(39),
             "dgd discover n.dgd --data f.csv --rtol 1e-7 --set c=1 --until 9 --seed 5"
         );
         assert_eq!((job.first(1, 1), job.first(2, 0)), (20, 30));
@@ -289,9 +289,9 @@ mod tests {
                 vec!["`options`", "`--data`", "`wells`"],
             ),
         ] {
-            let said = read(text).expect_err(text);
+            let message = read(text).expect_err(text);
             for part in parts {
-                assert!(said.contains(part), "no {part} in {said}");
+                assert!(message.contains(part), "no {part} in {message}");
             }
         }
     }

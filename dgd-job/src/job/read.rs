@@ -1,4 +1,4 @@
-//! The text of a job file to a [`Job`], with the place of what makes no sense.
+//! Parses a job file into a [`Job`]; errors give the place.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::unique::Unique;
 use super::{Do, Job, Occasion, Well};
 use crate::piece::Kind;
 
-/// Options that a job has other places for, and these places.
+/// Options that a job file has its own keys for, with a hint to the key.
 const ELSEWHERE: [(&str, &str); 14] = [
     ("--data", "recordings stand under `wells`"),
     ("--valid", "recordings stand under `wells`, as `valid`"),
@@ -31,9 +31,9 @@ const ELSEWHERE: [(&str, &str); 14] = [
 pub(super) fn job(text: &str, folder: &Path) -> Result<Job, String> {
     let Unique(value) = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let known = ["model", "options", "seed", "threads", "memory", "do", "wells"];
-    let all = object(&value, "the file", &known)?;
-    let model = all.get("model").map(|model| string(model, "model")).transpose()?;
-    let Some(todo) = all.get("do") else {
+    let document = object(&value, "the file", &known)?;
+    let model = document.get("model").map(|model| string(model, "model")).transpose()?;
+    let Some(todo) = document.get("do") else {
         return Err(
             "`do` is missing, what is done with each recording, as in \"do\": [\"fit\"]".to_owned()
         );
@@ -41,7 +41,7 @@ pub(super) fn job(text: &str, folder: &Path) -> Result<Job, String> {
     let todo = items(todo).iter().enumerate().map(|(k, one)| done(one, &format!("do[{k}]")));
     let todo = todo.collect::<Result<Vec<Do>, String>>()?;
     let Some(Value::Object(wells)) =
-        all.get("wells").filter(|wells| wells.as_object().is_some_and(|w| !w.is_empty()))
+        document.get("wells").filter(|wells| wells.as_object().is_some_and(|w| !w.is_empty()))
     else {
         return Err("`wells` are missing, as in \"wells\": { \"A-1\": \"a1.csv\" }".to_owned());
     };
@@ -54,18 +54,18 @@ pub(super) fn job(text: &str, folder: &Path) -> Result<Job, String> {
     Ok(Job {
         folder: folder.to_owned(),
         model: model.unwrap_or_default(),
-        options: options(all, "options")?,
-        seed: all.get("seed").map_or(Ok(0), |seed| number(seed, "seed", 0))?,
-        threads: all.get("threads").map_or(Ok(1), |threads| number(threads, "threads", 1))?
+        options: options(document, "options")?,
+        seed: document.get("seed").map_or(Ok(0), |seed| number(seed, "seed", 0))?,
+        threads: document.get("threads").map_or(Ok(1), |threads| number(threads, "threads", 1))?
             as usize,
-        memory: all.get("memory").map(memory).transpose()?,
+        memory: document.get("memory").map(memory).transpose()?,
         todo,
         wells,
         begins: Vec::new(),
     })
 }
 
-/// What is done at each occasion.
+/// The task for each occasion.
 fn done(value: &Value, place: &str) -> Result<Do, String> {
     if let Some(kind) = value.as_str() {
         let kinds = match kind {
@@ -78,14 +78,14 @@ fn done(value: &Value, place: &str) -> Result<Do, String> {
         };
         return Ok(Do { kinds, options: Vec::new() });
     }
-    let all = object(value, place, &["kind", "count", "each", "of", "options"])?;
-    let Some(kind) = all.get("kind").and_then(Value::as_str) else {
+    let fields = object(value, place, &["kind", "count", "each", "of", "options"])?;
+    let Some(kind) = fields.get("kind").and_then(Value::as_str) else {
         return Err(format!("`{place}` has no `kind`, as in {}", example("starts")));
     };
     let key = |key: &str| format!("{place}.{key}");
     let needed = |name: &str| {
         let needs = || format!("`{place}` has no `{name}`, as in {}", example(kind));
-        all.get(name).ok_or_else(needs)
+        fields.get(name).ok_or_else(needs)
     };
     let takes: &[&str] = match kind {
         "starts" => &["count"],
@@ -95,7 +95,7 @@ fn done(value: &Value, place: &str) -> Result<Do, String> {
     };
     let taken = ["kind", "options"];
     if let Some(other) =
-        all.keys().find(|k| !takes.contains(&k.as_str()) && !taken.contains(&k.as_str()))
+        fields.keys().find(|k| !takes.contains(&k.as_str()) && !taken.contains(&k.as_str()))
     {
         return Err(format!("`{place}`: `{kind}` takes no `{other}`"));
     }
@@ -103,14 +103,15 @@ fn done(value: &Value, place: &str) -> Result<Do, String> {
         "fit" => vec![Kind::Fit],
         "discover" => vec![Kind::Discover],
         "starts" => {
-            let of = number(needed("count")?, &key("count"), 1)?;
-            let of = u32::try_from(of).ok().filter(|of| *of <= 100_000);
-            let of = of.ok_or_else(|| format!("`{}`: at most 100000 points", key("count")))?;
-            (0..of).map(|number| Kind::Start { number, of }).collect()
+            let points = number(needed("count")?, &key("count"), 1)?;
+            let points = u32::try_from(points).ok().filter(|points| *points <= 100_000);
+            let points =
+                points.ok_or_else(|| format!("`{}`: at most 100000 points", key("count")))?;
+            (0..points).map(|number| Kind::Start { number, of: points }).collect()
         }
         "replicates" => {
             let count = number(needed("count")?, &key("count"), 1)? as usize;
-            let each = all.get("each").map(|each| number(each, &key("each"), 1)).transpose()?;
+            let each = fields.get("each").map(|each| number(each, &key("each"), 1)).transpose()?;
             let each = each.map_or(count, |each| each as usize);
             let firsts = (0..count).step_by(each);
             firsts.map(|from| Kind::Replicates { from, count: each.min(count - from) }).collect()
@@ -121,7 +122,7 @@ fn done(value: &Value, place: &str) -> Result<Do, String> {
         }
         other => return Err(unknown(place, other)),
     };
-    Ok(Do { kinds, options: options(all, &key("options"))? })
+    Ok(Do { kinds, options: options(fields, &key("options"))? })
 }
 
 fn unknown(place: &str, kind: &str) -> String {
@@ -129,7 +130,7 @@ fn unknown(place: &str, kind: &str) -> String {
     format!("`{place}`: nothing is called `{kind}`; {help}")
 }
 
-/// How something to do is written.
+/// The notation of a kind of task.
 fn example(kind: &str) -> &'static str {
     match kind {
         "replicates" => r#"{ "kind": "replicates", "count": 200, "each": 20 }"#,
@@ -142,10 +143,10 @@ fn well(name: &str, value: &Value) -> Result<Well, String> {
     let place = format!("wells.{name}");
     let (model, own, recordings) = match value {
         Value::Object(all) if all.contains_key("recordings") => {
-            let all = object(value, &place, &["model", "options", "recordings"])?;
-            let model = all.get("model").map(|model| string(model, &format!("{place}.model")));
-            let own = options(all, &format!("{place}.options"))?;
-            (model.transpose()?, own, &all["recordings"])
+            let fields = object(value, &place, &["model", "options", "recordings"])?;
+            let model = fields.get("model").map(|model| string(model, &format!("{place}.model")));
+            let own_options = options(fields, &format!("{place}.options"))?;
+            (model.transpose()?, own_options, &fields["recordings"])
         }
         other => (None, Vec::new(), other),
     };
@@ -158,8 +159,8 @@ fn well(name: &str, value: &Value) -> Result<Well, String> {
     if occasions.is_empty() {
         return Err(format!("`{place}` has no recordings"));
     }
-    let mut seen = BTreeSet::new();
-    if let Some(twice) = occasions.iter().find(|one| !seen.insert(&one.when)) {
+    let mut dates = BTreeSet::new();
+    if let Some(twice) = occasions.iter().find(|one| !dates.insert(&one.when)) {
         return Err(format!(
             "`{place}` has recordings of `{}` twice: tell them apart, as in {{ \"when\": \"2024-03\", \"data\": \"…\" }}",
             twice.when
@@ -178,25 +179,25 @@ fn occasion(value: &Value, place: &str) -> Result<Occasion, String> {
             "`{place}` is {value}; a recording is a file, or {{ \"data\": \"a.csv\" }}"
         ));
     }
-    let all = object(value, place, &["when", "data", "valid", "options"])?;
+    let fields = object(value, place, &["when", "data", "valid", "options"])?;
     let files = |name: &str| {
-        let files = all.get(name).map(|files| strings(files, &format!("{place}.{name}")));
+        let files = fields.get(name).map(|files| strings(files, &format!("{place}.{name}")));
         files.transpose().map(Option::unwrap_or_default)
     };
     let data = files("data")?;
     let Some(first) = data.first() else {
         return Err(format!("`{place}` has no `data`"));
     };
-    let when = match all.get("when") {
+    let when = match fields.get("when") {
         Some(Value::Number(number)) => number.to_string(),
         Some(when) => string(when, &format!("{place}.when"))?,
         None => stem(first),
     };
-    let own = options(all, &format!("{place}.options"))?;
-    Ok(Occasion { when, valid: files("valid")?, data, options: own })
+    let own_options = options(fields, &format!("{place}.options"))?;
+    Ok(Occasion { when, valid: files("valid")?, data, options: own_options })
 }
 
-/// What a file is called, without its folder and ending.
+/// The name of a file without folder and extension.
 fn stem(file: &str) -> String {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
     name.split_once('.').map_or(name, |(stem, _)| stem).to_owned()
@@ -211,8 +212,8 @@ fn object<'a>(
         return Err(format!("`{place}` is {value}, where an object was expected"));
     };
     if let Some(other) = all.keys().find(|key| !known.contains(&key.as_str())) {
-        let at = if place == "the file" { other.clone() } else { format!("{place}.{other}") };
-        return Err(format!("`{at}`: there is no such key; {}", meant(other, known)));
+        let path = if place == "the file" { other.clone() } else { format!("{place}.{other}") };
+        return Err(format!("`{path}`: there is no such key; {}", meant(other, known)));
     }
     Ok(all)
 }
@@ -228,7 +229,7 @@ fn string(value: &Value, place: &str) -> Result<String, String> {
         .ok_or_else(|| format!("`{place}` is {value}, where a text was expected"))
 }
 
-/// Texts, or one.
+/// A list of texts, or a single one.
 fn strings(value: &Value, place: &str) -> Result<Vec<String>, String> {
     items(value).iter().map(|item| string(item, place)).collect()
 }
@@ -262,7 +263,7 @@ fn memory(value: &Value) -> Result<u64, String> {
     value.as_str().and_then(bytes).ok_or_else(wrong)
 }
 
-/// A size as people write it: `2 GB`, `500MB`, `1.5 GiB`.
+/// A size as usually written: `2 GB`, `500MB`, `1.5 GiB`.
 pub fn bytes(text: &str) -> Option<u64> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == ' ');
     let unit = match text[digits.len()..].trim() {

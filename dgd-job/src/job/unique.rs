@@ -1,11 +1,11 @@
-//! JSON in which no object has a key twice: of two wells with one name, one would be lost.
+//! JSON without duplicate keys: of two wells with the same name, one would be lost.
 
 use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
-/// A value whose objects have each key once.
+/// A value whose objects have no duplicate keys.
 pub(super) struct Unique(pub(super) Value);
 
 impl<'de> Deserialize<'de> for Unique {
@@ -52,22 +52,22 @@ impl<'de> Visitor<'de> for Reader {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
-        let mut all = Vec::new();
+        let mut values = Vec::new();
         while let Some(Unique(item)) = items.next_element()? {
-            all.push(item);
+            values.push(item);
         }
-        Ok(Value::Array(all))
+        Ok(Value::Array(values))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
-        let mut all = Map::new();
+        let mut object = Map::new();
         while let Some(key) = entries.next_key::<String>()? {
             let Unique(value) = entries.next_value()?;
-            if all.contains_key(&key) {
+            if object.contains_key(&key) {
                 return Err(A::Error::custom(format!("there is `{key}` twice")));
             }
-            all.insert(key, value);
+            object.insert(key, value);
         }
-        Ok(Value::Object(all))
+        Ok(Value::Object(object))
     }
 }

@@ -1,4 +1,4 @@
-//! A folder of results: each file is written beside, synced, and takes its name then.
+//! A folder of results: each file is written to a temporary name, synced, and renamed.
 
 use std::fs;
 use std::io;
@@ -9,7 +9,7 @@ use dgd_data::files::{WriteError, make_folder, remove_left_over, write_first, wr
 use super::{Place, State};
 use crate::job::JobError;
 
-/// A folder that processes share.
+/// A folder shared by processes.
 #[derive(Debug)]
 pub(super) struct Folder {
     pub(super) folder: PathBuf,
@@ -20,7 +20,7 @@ fn refused(error: &WriteError) -> JobError {
 }
 
 impl Folder {
-    /// Reads what may not be there.
+    /// Reads a file that may be absent.
     fn found<T>(&self, key: &str, read: io::Result<T>) -> Result<Option<T>, JobError> {
         match read {
             Ok(found) => Ok(Some(found)),
@@ -35,7 +35,7 @@ impl Folder {
         Ok(entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect())
     }
 
-    /// Writes a file whose folder may have to be made.
+    /// Writes a file, and makes its folder if necessary.
     fn written(
         &self,
         key: &str,
@@ -56,7 +56,7 @@ impl Place for Folder {
     }
 
     fn read(&self, key: &str) -> Result<Option<String>, JobError> {
-        // What is not UTF-8 is no document.
+        // Invalid UTF-8 is not a document.
         let bytes = self.found(key, fs::read(self.folder.join(key)))?;
         Ok(bytes.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()))
     }

@@ -1,14 +1,14 @@
-//! Where results lie: a folder, or whatever else any number of processes and machines share.
+//! Storage of results: a folder, or another place shared by processes and machines.
 //!
 //! ```text
-//!   DIR/fleet.json           the build and the type of machine whose results these are, written once
+//!   DIR/fleet.json           the build and platform of these results, written once
 //!   DIR/done/ab/abcd….json   the result of the piece of this name
-//!   DIR/failed/ab/abcd….json why it has none
+//!   DIR/failed/ab/abcd….json the reason why it has none
 //! ```
 //!
-//! A file is there whole or not at all, and says by being there that the piece is done. So it is asked for, and nobody
-//! has to be told. One that is cut off all the same, by a disk that was full or a copy that ended early, is no result:
-//! the piece is open, and done again.
+//! A file is either complete or absent, and its presence is the only record that a piece is done, so no process needs
+//! to be notified. A file that is truncated nevertheless, by a full disk or an incomplete copy, does not count: its
+//! piece is open, and computed again.
 
 mod folder;
 
@@ -24,61 +24,61 @@ use crate::identity::Identity;
 use crate::job::JobError;
 use folder::Folder;
 
-/// What holds texts by keys, as `done/ab/abcd….json`: each is there whole or not at all.
+/// A key–text store with keys like `done/ab/abcd….json`, in which each text is either complete or absent.
 pub trait Place: Debug + Send + Sync {
-    /// Whether a text may be there in part, so that it has to be read to know. Not where the place itself keeps texts whole.
+    /// Whether a text may be truncated, so that it must be read to check; not if the store itself keeps texts complete.
     fn may_cut_off(&self) -> bool {
         false
     }
 
-    /// The text of a key; nothing where there is none.
+    /// The text of a key; `None` if it is absent.
     ///
     /// # Errors
     ///
-    /// It cannot be said whether there is one. The same of all others.
+    /// The store cannot be read. The same applies to the other methods.
     fn read(&self, key: &str) -> Result<Option<String>, JobError>;
 
-    /// Whether there is a text.
+    /// Whether a key has a text.
     fn has(&self, key: &str) -> Result<bool, JobError>;
 
-    /// Puts a text where there is none. Of several that do so one has its way, and the others go on as if they had.
+    /// Stores a text unless the key has one. If several callers do so, one wins, and all succeed.
     fn put_first(&self, key: &str, text: &str) -> Result<(), JobError>;
 
-    /// Puts a text that can only be the one that is there, where there is one.
+    /// Stores a text that equals the existing one, if there is one.
     fn put_same(&self, key: &str, text: &str) -> Result<(), JobError> {
         self.put_first(key, text)
     }
 
-    /// Puts a text, in place of one that is there.
+    /// Stores a text, replacing an existing one.
     fn put(&self, key: &str, text: &str) -> Result<(), JobError>;
 
-    /// Removes a text, where there is one.
+    /// Removes a text, if there is one.
     fn remove(&self, key: &str) -> Result<(), JobError>;
 
-    /// All keys that begin so, in no order.
+    /// All keys with this prefix, unordered.
     fn keys(&self, begin: &str) -> Result<Vec<String>, JobError>;
 
-    /// Removes what processes left half written that were ended.
+    /// Removes incomplete files of processes that were terminated.
     fn tidy(&self) {}
 
-    /// Where a key is found, for people.
+    /// The location of a key, to be shown.
     fn shown(&self, key: &str) -> PathBuf;
 }
 
-/// Opens a place other than a folder, by what its name begins with.
+/// Opens a store other than a folder by its name, which begins with its scheme.
 pub type Opens = fn(&str) -> Result<Arc<dyn Place>, JobError>;
 
-/// What names of other places begin with.
+/// Prefix of the names of other stores.
 const ELSEWHERE: &str = "s3://";
 
 static OPENS: OnceLock<Opens> = OnceLock::new();
 
-/// Has this program open places that `s3://` names.
+/// Registers the function that opens `s3://` stores.
 pub fn set_opens(opens: Opens) {
     let _ = OPENS.set(opens);
 }
 
-/// Whether results lie in no folder of this machine.
+/// Whether results are stored elsewhere than in a folder of this machine.
 pub fn is_elsewhere(into: &Path) -> bool {
     into.to_str().is_some_and(|name| name.starts_with(ELSEWHERE))
 }
@@ -96,17 +96,17 @@ fn place(into: &Path) -> Result<Arc<dyn Place>, JobError> {
     }
 }
 
-/// What has become of a piece.
+/// The state of a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// It has a result.
     Done,
-    /// Its result says why there is none.
+    /// It failed; its document has the reason.
     Failed,
 }
 
 impl State {
-    /// The folder with such results.
+    /// The folder of such results.
     pub fn name(self) -> &'static str {
         match self {
             State::Done => "done",
@@ -121,10 +121,10 @@ pub struct Store {
     place: Arc<dyn Place>,
 }
 
-/// The file that says whose results these are.
+/// The file with the identity of the results.
 const FLEET: &str = "fleet.json";
 
-/// First hexadecimal digits of a name that name the folder of the result: a folder has few enough files then.
+/// Length of the name's prefix that names the folder of a result, to limit the number of files in a folder.
 const SHARD: usize = 2;
 
 /// The key of a result.
@@ -133,17 +133,17 @@ fn key(name: &str, state: State) -> String {
     format!("{}/{shard}/{name}.json", state.name())
 }
 
-/// Whether a text is a document to its end.
+/// Whether a text is a complete document.
 fn is_whole(text: &str) -> bool {
     serde_json::from_str::<serde::de::IgnoredAny>(text).is_ok()
 }
 
 impl Store {
-    /// Opens the results of this build, and makes the folder where there is none.
+    /// Opens the store for results of this build, and creates the folder if necessary.
     ///
     /// # Errors
     ///
-    /// The results there are of another build or another type of machine; or the system refused.
+    /// The existing results are of another build or platform, or the system refused.
     pub fn open(into: &Path, identity: &Identity) -> Result<Store, JobError> {
         let store = Store::at(into)?;
         if !store.place.has(FLEET)? {
@@ -161,20 +161,20 @@ impl Store {
         }
     }
 
-    /// Looks at results that are there, of whatever build.
+    /// Opens existing results of any build.
     ///
     /// # Errors
     ///
-    /// There is no such place.
+    /// The store does not exist.
     pub fn at(into: &Path) -> Result<Store, JobError> {
         Ok(Store { place: place(into)? })
     }
 
-    /// Whose results they are; nothing where there are none yet.
+    /// The identity of the results; `None` if there are none yet.
     ///
     /// # Errors
     ///
-    /// The file is there and cannot be read.
+    /// The file exists but cannot be read.
     pub fn identity(&self) -> Result<Option<Identity>, JobError> {
         let Some(text) = self.place.read(FLEET)? else { return Ok(None) };
         let read = || -> serde_json::Result<Identity> {
@@ -185,16 +185,16 @@ impl Store {
         read().map(Some).map_err(|error| JobError(format!("`{}`: {error}", shown.display())))
     }
 
-    /// Where a result is found.
+    /// Location of a result.
     pub fn path(&self, name: &str, state: State) -> PathBuf {
         self.place.shown(&key(name, state))
     }
 
-    /// Whether a piece has a result. One that failed before and is done now is done.
+    /// Whether a piece has a result. A piece that failed before and is done now counts as done.
     ///
     /// # Errors
     ///
-    /// It cannot be said. The same of all that follow.
+    /// The store cannot be read. The same applies to the methods that follow.
     pub fn state(&self, name: &str) -> Result<Option<State>, JobError> {
         for state in [State::Done, State::Failed] {
             if self.has_whole(&key(name, state))? {
@@ -204,7 +204,7 @@ impl Store {
         Ok(None)
     }
 
-    /// Whether there is a text, and that is a document to its end.
+    /// Whether a key has a complete document.
     fn has_whole(&self, key: &str) -> Result<bool, JobError> {
         if !self.place.may_cut_off() {
             return self.place.has(key);
@@ -216,7 +216,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// As of [`Store::state`].
+    /// Those of [`Store::state`].
     pub fn read(&self, name: &str) -> Result<Option<(State, String)>, JobError> {
         for state in [State::Done, State::Failed] {
             let text = self.place.read(&key(name, state))?;
@@ -228,43 +228,43 @@ impl Store {
         Ok(None)
     }
 
-    /// Puts a result there, whole or not at all. One that is there already stays: it is the same.
+    /// Stores a result. An existing one stays, because it is the same.
     ///
     /// # Errors
     ///
-    /// The place refused.
+    /// The store refused.
     pub fn put(&self, name: &str, state: State, text: &str) -> Result<(), JobError> {
         match state {
             State::Failed => self.place.put(&key(name, state), text),
             State::Done => {
                 self.place.put_same(&key(name, state), text)?;
-                // What it failed with before.
+                // An earlier failure.
                 let _ = self.place.remove(&key(name, State::Failed));
                 Ok(())
             }
         }
     }
 
-    /// All pieces that have a result.
+    /// The states of all pieces with a result.
     ///
     /// # Errors
     ///
-    /// As of [`Store::state`].
+    /// Those of [`Store::state`].
     pub fn all(&self) -> Result<BTreeMap<String, State>, JobError> {
-        let mut all = BTreeMap::new();
+        let mut states = BTreeMap::new();
         for state in [State::Failed, State::Done] {
             for key in self.place.keys(&format!("{}/", state.name()))? {
                 let name = key.rsplit('/').next().and_then(|name| name.strip_suffix(".json"));
                 let Some(name) = name.filter(|name| !name.starts_with('.')) else { continue };
                 if self.has_whole(&key)? {
-                    all.insert(name.to_owned(), state);
+                    states.insert(name.to_owned(), state);
                 }
             }
         }
-        Ok(all)
+        Ok(states)
     }
 
-    /// Removes what processes left half written that were ended, where the piece has a result by now.
+    /// Removes incomplete files of terminated processes.
     pub fn tidy(&self) {
         self.place.tidy();
     }
@@ -289,8 +289,8 @@ mod tests {
     #[test]
     fn results_are_found_by_name_and_done_counts_before_failed() {
         let folder = tempfile::tempdir().expect("a folder for the test");
-        let at = folder.path().join("deep").join("results");
-        let store = Store::open(&at, &identity("b")).expect("it is made");
+        let path = folder.path().join("deep").join("results");
+        let store = Store::open(&path, &identity("b")).expect("it is made");
         let (one, two) = ("00112233445566778899aabbccddeeff", "ff112233445566778899aabbccddeeff");
         assert_eq!((store.state(one), store.read(one)), (Ok(None), Ok(None)));
         store.put(one, State::Failed, "\"no\"\n").expect("writable");
@@ -301,7 +301,7 @@ mod tests {
         store.put(one, State::Done, "\"after all\"\n").expect("writable");
         assert_eq!(store.read(one), Ok(Some((State::Done, "\"after all\"\n".to_owned()))));
         assert!(!store.path(one, State::Failed).exists());
-        // A draft is not a result.
+        // A temporary file is not a result.
         let torn = store.path(two, State::Done).with_file_name(format!(".{two}.json.host-1-0.tmp"));
         fs::write(&torn, "y").expect("writable");
         assert_eq!(store.all().map(|all| all.len()), Ok(2));

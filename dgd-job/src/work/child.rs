@@ -1,4 +1,4 @@
-//! A child process that computes pieces, seen from its parent.
+//! The parent's side of a child process that computes pieces.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use super::{Answer, Ask};
 use crate::identity::Program;
 
-/// Most of what a child says on standard error that is kept: its last words.
+/// Length of the end of standard error that is kept, in bytes.
 const LAST_WORDS: usize = 400;
 
 /// A child process.
@@ -19,7 +19,7 @@ pub(super) struct Worker {
 }
 
 impl Worker {
-    /// Starts one.
+    /// Starts a child process.
     pub(super) fn start(program: &Program) -> io::Result<Worker> {
         let (first, more) = program.start.split_first().ok_or(io::ErrorKind::NotFound)?;
         let mut command = Command::new(first);
@@ -34,7 +34,7 @@ impl Worker {
         Ok(Worker { child, questions, answers: BufReader::new(answers), words })
     }
 
-    /// The answer to a question; nothing where the process ended instead.
+    /// The answer to a question; `None` if the process ended instead.
     pub(super) fn ask(&mut self, ask: &Ask) -> Option<Answer> {
         let mut line = serde_json::to_string(ask).ok()?;
         line.push('\n');
@@ -44,7 +44,7 @@ impl Worker {
         serde_json::from_str(&answer).ok()
     }
 
-    /// How it ended, as what follows "the process that computed it".
+    /// How it ended, as text after "the process that computed it".
     pub(super) fn ended(mut self) -> String {
         drop(self.questions);
         let status = self.child.wait();
@@ -54,13 +54,13 @@ impl Worker {
         if words.is_empty() { how } else { format!("{how}: {words}") }
     }
 
-    /// Ends it, when it has nothing to do any more.
+    /// Ends an idle child.
     pub(super) fn dismiss(self) {
         let _ = self.ended();
     }
 }
 
-/// The last of what is said there.
+/// The last part of a stream.
 fn last_words(mut errors: impl Read) -> String {
     let (mut kept, mut bytes) = (Vec::new(), [0; 4096]);
     while let Ok(n @ 1..) = errors.read(&mut bytes) {

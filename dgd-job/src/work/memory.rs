@@ -1,13 +1,13 @@
-//! How much memory this process has.
+//! Memory of this process.
 
 use std::fs;
 
-/// Bytes of memory that this process holds; nothing where the system does not tell.
+/// Resident memory of this process, bytes; `None` if the system does not report it.
 pub(super) fn resident() -> Option<u64> {
     of_status(&fs::read_to_string("/proc/self/status").ok()?)
 }
 
-/// Whether the memory of a piece can be limited here.
+/// Whether the memory of a piece can be limited on this system.
 pub fn is_limited() -> bool {
     resident().is_some()
 }
@@ -30,11 +30,11 @@ mod tests {
         assert_eq!(of_status(text), Some(8 << 20));
         assert_eq!(of_status("Name:\tdgd\n"), None);
         if cfg!(target_os = "linux") {
-            // Other tests of this process take and give back memory meanwhile: what is there beside counts for nothing.
-            let held = black_box(vec![1_u8; 256 << 20]);
+            // Other tests allocate and free memory meanwhile, so the difference is not checked.
+            let block = black_box(vec![1_u8; 256 << 20]);
             let resident = resident().expect("Linux tells");
             assert!(resident >= 240 << 20, "{resident} bytes");
-            drop(held);
+            drop(block);
         }
     }
 }

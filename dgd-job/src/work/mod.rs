@@ -3,11 +3,11 @@
 //! ```text
 //!   run ── lines of JSON ──► serve     a process that computes pieces and writes their results
 //!    ▲                        │
-//!    └──── a line for each ◄──┘        its parent's end is the end of its standard input, and ends it
+//!    └──── a line for each ◄──┘        it ends with its standard input, when its parent does
 //! ```
 //!
-//! What goes wrong with a piece stays in its process: a panic, an abort, memory without end. The piece then has a result
-//! that says so, and the next one gets a new process.
+//! A failure stays in its process: a panic, an abort, an out-of-memory. The piece is then recorded as failed, and the
+//! next one gets a new process.
 
 mod child;
 mod memory;
@@ -25,46 +25,46 @@ pub use memory::is_limited;
 pub use run::{Plan, Share, Tally, run};
 pub use serve::serve;
 
-/// What a worker is asked, one line of JSON each.
+/// A question to a worker, one line of JSON each.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ask {
-    /// Which build it is.
+    /// Asks for the build.
     Identity,
-    /// To do a piece.
+    /// Asks for the computation of a piece.
     Perform(Box<Task>),
 }
 
-/// A piece and where it is done.
+/// A piece and its settings.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Task {
     /// Its name.
     pub name: String,
     /// The piece.
     pub piece: Piece,
-    /// The folder that its paths are seen from.
+    /// The folder to which its paths are relative.
     pub folder: PathBuf,
-    /// Where its result belongs.
+    /// Where its result is stored.
     pub into: PathBuf,
     /// Threads for it.
     pub threads: usize,
-    /// Most memory for it, bytes.
+    /// Memory limit, bytes.
     pub memory: Option<u64>,
-    /// Why it is not tried again: a failure to be written.
+    /// The reason to record it as failed instead of computing it.
     #[serde(default)]
     pub given_up: Option<String>,
 }
 
-/// What a worker answers.
+/// The answer of a worker.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
-    /// Which build it is.
+    /// The build.
     Identity(Identity),
     /// The piece has a result.
     Done(String),
-    /// The piece has a result that says why it failed.
+    /// The piece failed; its document has the reason.
     Failed(String),
-    /// The result cannot be written, or the question makes no sense.
+    /// The result cannot be written, or the question is invalid.
     Refused(String),
 }

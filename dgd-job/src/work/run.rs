@@ -1,4 +1,4 @@
-//! A run over the pieces of a job that have no result.
+//! Computes the pieces of a job that have no result.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,80 +12,81 @@ use crate::job::{Job, JobError};
 use crate::name::Names;
 use crate::store::{State, Store};
 
-/// A piece whose process is ended so often is given up. Whoever ends processes at random does not end those of one piece.
+/// A piece that ends its process this many times is recorded as failed. Random terminations rarely hit one piece so
+/// often.
 const ATTEMPTS: usize = 3;
 
-/// Which pieces of a job.
+/// A share of the pieces of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Share {
     /// All of them.
     All,
-    /// One, by its number from 0.
+    /// A single piece, by its number from 0.
     One(usize),
-    /// One in `of`, from number `first` on.
+    /// Every `of`-th piece, from number `first` on.
     Every {
         /// The first.
         first: usize,
-        /// One in so many.
+        /// The stride.
         of: usize,
     },
 }
 
-/// What is run, and by how many.
+/// Settings of a run.
 #[derive(Debug)]
 pub struct Plan<'a> {
     /// The job.
     pub job: &'a Job,
-    /// Where results belong.
+    /// The store of the results.
     pub store: &'a Store,
-    /// The folder of the store as children find it.
+    /// The folder of the store, as passed to children.
     pub into: &'a std::path::Path,
-    /// Names of its pieces.
+    /// Names of the pieces.
     pub names: &'a Names,
-    /// How children are started.
+    /// The program that children run.
     pub program: &'a Program,
-    /// So many children at a time.
+    /// Number of simultaneous children.
     pub workers: usize,
     /// Threads for each piece.
     pub threads: usize,
-    /// Most memory for each piece, bytes.
+    /// Memory limit of each piece, bytes.
     pub memory: Option<u64>,
     /// Which pieces.
     pub share: Share,
-    /// Whether pieces that failed are done again.
+    /// Whether to compute failed pieces again.
     pub retries: bool,
 }
 
-/// What a run did.
+/// The statistics of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
-    /// Pieces that it was asked for.
+    /// Requested pieces.
     pub pieces: usize,
-    /// Those that had a result, or that another run finished first.
+    /// Pieces that had a result, or that another run finished first.
     pub had: usize,
-    /// Those that it computed.
+    /// Pieces that it computed.
     pub computed: usize,
-    /// Those of all that have failed.
+    /// Failed pieces among all of them.
     pub failed: usize,
 }
 
-/// Computes the pieces that have no result. `heard` is told how many of how many are done, as they are.
+/// Computes the pieces that have no result, and calls `heard` with the number done and the total after each.
 ///
 /// # Errors
 ///
 /// A child cannot be started, or a result cannot be written.
 pub fn run(plan: &Plan<'_>, heard: &(dyn Fn(usize, usize) + Sync)) -> Result<Tally, JobError> {
-    let asked = asked(plan.job.len(), plan.share);
-    let from = begin(asked.len());
+    let numbers = asked(plan.job.len(), plan.share);
+    let from = begin(numbers.len());
     let queue = Queue {
         plan,
-        asked: &asked,
+        asked: &numbers,
         from,
         next: AtomicUsize::new(0),
-        tally: Mutex::new(Tally { pieces: asked.len(), ..Tally::default() }),
+        tally: Mutex::new(Tally { pieces: numbers.len(), ..Tally::default() }),
         heard,
     };
-    let workers = plan.workers.min(asked.len()).max(1);
+    let workers = plan.workers.min(numbers.len()).max(1);
     let ends: Vec<Result<(), JobError>> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..workers).map(|_| scope.spawn(|| queue.work())).collect();
         threads
@@ -107,7 +108,8 @@ fn asked(len: usize, share: Share) -> Vec<usize> {
     }
 }
 
-/// Where a run begins. Runs that share a folder begin at different places and go round, so that they meet late.
+/// The first piece of a run. Runs that share a folder begin at different pieces and wrap around, so that they meet
+/// late.
 fn begin(len: usize) -> usize {
     let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     let digest = dgd_identify::journal::Digest::EMPTY.of(&(host, std::process::id())).value();
@@ -123,14 +125,14 @@ struct Queue<'a> {
     heard: &'a (dyn Fn(usize, usize) + Sync),
 }
 
-/// What became of a piece in this run.
+/// The outcome of a piece in this run.
 enum Became {
     Had(State),
     Computed(State),
 }
 
 impl Queue<'_> {
-    /// What one thread does, with one child at a time.
+    /// The loop of one thread, with one child at a time.
     fn work(&self) -> Result<(), JobError> {
         let mut worker = None;
         loop {
@@ -140,7 +142,7 @@ impl Queue<'_> {
             }
             let became = self.one(self.asked[(self.from + k) % self.asked.len()], &mut worker);
             if became.is_err() {
-                // The others end, too.
+                // Ends the other threads.
                 self.next.store(self.asked.len(), Ordering::Relaxed);
             }
             self.count(&became?);
@@ -176,7 +178,7 @@ impl Queue<'_> {
                 Ok(state) => return Ok(Became::Computed(state)),
                 Err(how) => last = how,
             }
-            // It may have been ended just behind its result.
+            // The child may have been terminated just after it wrote the result.
             if store.state(&task.name)? == Some(State::Done) {
                 return Ok(Became::Computed(State::Done));
             }
@@ -190,24 +192,24 @@ impl Queue<'_> {
         }
     }
 
-    /// Has a child do it, a new one where there is none; how the child ended, where it did instead.
+    /// Sends a piece to a child, a new one if necessary; returns how the child ended if it did not answer.
     fn ask(
         &self,
         task: &Task,
         worker: &mut Option<Worker>,
     ) -> Result<Result<State, String>, JobError> {
-        let mut asked = match worker.take() {
+        let mut child = match worker.take() {
             Some(worker) => worker,
             None => Worker::start(self.plan.program)
                 .map_err(|error| JobError(format!("no process can be started: {error}")))?,
         };
-        let state = match asked.ask(&Ask::Perform(Box::new(task.clone()))) {
+        let state = match child.ask(&Ask::Perform(Box::new(task.clone()))) {
             Some(Answer::Done(_)) => State::Done,
             Some(Answer::Failed(_)) => State::Failed,
             Some(Answer::Refused(words)) => return Err(JobError(words)),
-            Some(Answer::Identity(_)) | None => return Ok(Err(asked.ended())),
+            Some(Answer::Identity(_)) | None => return Ok(Err(child.ended())),
         };
-        *worker = Some(asked);
+        *worker = Some(child);
         Ok(Ok(state))
     }
 
@@ -241,9 +243,9 @@ mod tests {
         assert_eq!(asked(4, Share::One(4)), [0_usize; 0]);
         for of in [1, 3, 7, 50] {
             let shares = (0..of).flat_map(|first| asked(20, Share::Every { first, of }));
-            let all: Vec<usize> = shares.collect();
-            assert_eq!(all.len(), 20);
-            assert_eq!(all.into_iter().collect::<BTreeSet<_>>(), (0..20).collect());
+            let numbers: Vec<usize> = shares.collect();
+            assert_eq!(numbers.len(), 20);
+            assert_eq!(numbers.into_iter().collect::<BTreeSet<_>>(), (0..20).collect());
         }
         assert_eq!(begin(0), 0);
         assert!(begin(10) < 10);

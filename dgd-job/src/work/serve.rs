@@ -10,15 +10,15 @@ use crate::identity::{Identity, Program};
 use crate::outcome::{Class, Outcome, document};
 use crate::store::Store;
 
-/// How often it is looked how much memory a piece has taken: it takes a few GB at most in this time.
+/// Interval between memory checks, in which a piece allocates a few GB at most.
 const LOOKS: Duration = Duration::from_millis(20);
 
-/// The piece that is computed at present; whoever takes it writes its result.
+/// The piece in progress; the thread that takes it writes its result.
 type Current = Arc<Mutex<Option<Task>>>;
 
-/// Answers questions from standard input until it ends, and ends the process then: nobody needs what is under way.
+/// Answers questions from standard input until it ends, then ends the process, because the parent is gone.
 ///
-/// `perform` computes a piece, in the folder that its paths are seen from.
+/// `perform` computes a piece, in the folder to which its paths are relative.
 ///
 /// # Errors
 ///
@@ -51,7 +51,7 @@ fn done(task: &Task, current: &Current, perform: impl Fn(&Task) -> Outcome) -> A
     let outcome = perform(task);
     let mut current = lock(current);
     if current.take().is_none() {
-        // Who took it is about to end the process.
+        // The thread that took it is about to end the process.
         drop(current);
         loop {
             std::thread::park();
@@ -71,7 +71,7 @@ fn put(task: &Task, outcome: &Outcome) -> Answer {
     }
 }
 
-/// Ends the process where a piece takes more memory than it may, with a result that says so.
+/// Ends the process if a piece exceeds its memory limit, and records the failure.
 fn watch_memory(current: &Current) {
     let current = Arc::clone(current);
     std::thread::spawn(move || {
@@ -91,7 +91,7 @@ fn watch_memory(current: &Current) {
                     shown(most),
                     shown(held)
                 );
-                // The lock is held to the end, so that nothing else is answered.
+                // The lock is held to the end, so that no other answer is sent.
                 let _ = say(&put(&task, &Outcome::failed(Class::Memory, message)));
                 std::process::exit(0);
             }
@@ -105,7 +105,7 @@ fn shown(bytes: u64) -> String {
     if bytes >= 1e9 { format!("{:.1} GB", bytes / 1e9) } else { format!("{:.0} MB", bytes / 1e6) }
 }
 
-/// Lines of standard input, as they come. Its end ends the process.
+/// Lines of standard input as they arrive. The process ends with them.
 fn lines() -> Receiver<String> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {

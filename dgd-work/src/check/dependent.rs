@@ -1,4 +1,4 @@
-//! Algebraic equations that say the same: together they determine fewer unknowns than they are.
+//! Linearly dependent algebraic equations: together they determine fewer unknowns than there are equations.
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::Model;
@@ -8,16 +8,16 @@ use dgd_execute::{Engine, Loaded};
 use dgd_runtime::signature::number::short;
 use dgd_runtime::{Dependent, Signature, System, dependent_equations};
 
-/// More of them are not listed by name.
+/// Larger sets are not listed by name.
 const MOST_NAMED: usize = 6;
 
-/// A note for each such set of equations, in the choices with which the model is compiled.
+/// A note for each dependent set of equations, for the choices with which the model is compiled.
 pub(super) fn notes(compiled: &Compiled) -> Vec<Diagnostic> {
     let system = Loaded::with_engine(compiled.program.clone(), Engine::Interpreter);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
-    let found = dependent_equations(&system, &p);
-    found.iter().filter_map(|one| note(one, signature, &compiled.model)).collect()
+    let dependent = dependent_equations(&system, &p);
+    dependent.iter().filter_map(|one| note(one, signature, &compiled.model)).collect()
 }
 
 fn note(one: &Dependent, signature: &Signature, model: &Model) -> Option<Diagnostic> {
@@ -36,7 +36,7 @@ fn note(one: &Dependent, signature: &Signature, model: &Model) -> Option<Diagnos
     };
     let help = match &one.equations[..] {
         [_, (_, factor)] if one.is_constant => {
-            // Σ factor · equation = 0. An equation times −1 is the same one.
+            // Σ factor · equation = 0. An equation times −1 is the same equation.
             let times = short((1.0 / factor).abs(), 4);
             let (first, second) = (&labels[0], &labels[1]);
             format!(
@@ -53,12 +53,14 @@ fn note(one: &Dependent, signature: &Signature, model: &Model) -> Option<Diagnos
     }))
 }
 
-/// Where an equation stands: one of a family where the family does.
+/// Span of an equation; for a member of a family, the span of the family.
 fn place(label: &str, model: &Model) -> Option<Span> {
-    let own = label.split('[').next().unwrap_or(label);
+    let family = label.split('[').next().unwrap_or(label);
     let families = model.families.iter().map(|family| &family.equation);
-    let mut all = model.all_equations().chain(families);
-    all.find(|equation| equation.label == label || equation.label == own).map(|found| found.span)
+    let mut equations = model.all_equations().chain(families);
+    equations
+        .find(|equation| equation.label == label || equation.label == family)
+        .map(|found| found.span)
 }
 
 fn listed(names: &[String]) -> String {

@@ -1,4 +1,4 @@
-//! What is in a model, for programs. Values are in the declared units.
+//! The contents of a model, for programs. Values are in the declared units.
 
 use std::fmt::Write;
 
@@ -10,13 +10,13 @@ use crate::error::Mistake;
 use crate::output::columns::is_share;
 use crate::output::provenance::Provenance;
 
-/// What is in a model.
+/// The contents of a model.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct Description {
     /// Name of the model.
     pub model: String,
-    /// What its text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
     /// Constants.
     pub constants: Vec<Constant>,
@@ -34,19 +34,19 @@ pub struct Description {
     pub outputs: Vec<Output>,
     /// Equations.
     pub equations: Vec<Equation>,
-    /// Variants, with what is chosen.
+    /// Variants, with the chosen choices.
     pub variants: Vec<VariantChoices>,
     /// Blocks of modes.
     pub modes: Vec<Modes>,
     /// Models inside it.
     pub parts: Vec<Part>,
-    /// Conditions on which something is done.
+    /// Events: the conditions and periods of `when` and `every`.
     pub whens: Vec<When>,
-    /// Mistakes: none, as a model that has some is not described.
+    /// Mistakes: always empty, because a model with mistakes is not described.
     pub diagnostics: Vec<Mistake>,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
-    /// One line for people.
+    /// One line to print.
     #[serde(skip)]
     pub summary: String,
 }
@@ -58,7 +58,7 @@ pub struct Constant {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
     /// Its value.
     pub value: f64,
@@ -71,9 +71,9 @@ pub struct Input {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
-    /// What it is between samples: `hold` or `linear`.
+    /// Its value between samples: `hold` or `linear`.
     pub interpolation: &'static str,
 }
 
@@ -82,7 +82,7 @@ pub struct Input {
 pub struct Size {
     /// Its name.
     pub name: String,
-    /// How many.
+    /// Its value.
     pub value: i64,
 }
 
@@ -93,11 +93,11 @@ pub struct State {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
-    /// Whether it has an initial value of its own.
+    /// Whether it is differential, with an initial value of its own.
     pub differential: bool,
-    /// Its initial value, where that is a number.
+    /// Its initial value, if that is a number.
     pub start: Option<f64>,
 }
 
@@ -108,11 +108,11 @@ pub struct Array {
     pub name: String,
     /// Unit of its elements.
     pub unit: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
     /// First and last index.
     pub range: [i64; 2],
-    /// Initial value of its elements, where that is a number.
+    /// Initial value of its elements, if that is a number.
     pub start: Option<f64>,
 }
 
@@ -123,15 +123,15 @@ pub struct Parameter {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
     /// Its value.
     pub value: f64,
-    /// Lower and upper bound, where there are any.
+    /// Lower and upper bound, if any.
     pub bounds: [Option<f64>; 2],
-    /// Whether it is estimated by its logarithm.
+    /// Whether its logarithm is estimated.
     pub log: bool,
-    /// Whether it is not estimated, unless that is asked for.
+    /// Whether it is fixed unless a request frees it.
     pub fixed: bool,
 }
 
@@ -142,9 +142,9 @@ pub struct Output {
     pub name: String,
     /// Its unit.
     pub unit: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
-    /// Standard deviation of its noise, where one is declared.
+    /// Standard deviation of its noise, if declared.
     pub noise: Option<f64>,
     /// First and last index of an array.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -154,9 +154,9 @@ pub struct Output {
 /// An equation, or a family of them.
 #[derive(Debug, Clone, Serialize)]
 pub struct Equation {
-    /// What it is called.
+    /// Its label.
     pub label: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
     /// First and last index of a family.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -168,9 +168,9 @@ pub struct Equation {
 pub struct VariantChoices {
     /// Its name.
     pub name: String,
-    /// What can be chosen.
+    /// Its choices.
     pub choices: Vec<String>,
-    /// What is.
+    /// The chosen one.
     pub chosen: String,
 }
 
@@ -179,13 +179,13 @@ pub struct VariantChoices {
 pub struct Modes {
     /// Its name.
     pub name: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
-    /// The mode in which it begins.
+    /// The initial mode.
     pub start: String,
     /// Its modes.
     pub modes: Vec<Mode>,
-    /// Which mode follows which.
+    /// Transitions between the modes.
     pub transitions: Vec<Transition>,
 }
 
@@ -194,9 +194,9 @@ pub struct Modes {
 pub struct Mode {
     /// Its name.
     pub name: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
-    /// Labels of the equations that hold in it alone.
+    /// Labels of the equations that hold in this mode only.
     pub equations: Vec<String>,
 }
 
@@ -212,25 +212,25 @@ pub struct Transition {
 /// A model inside a model.
 #[derive(Debug, Clone, Serialize)]
 pub struct Part {
-    /// What it is called there.
+    /// Its name in the outer model.
     pub name: String,
-    /// The model.
+    /// Name of its model.
     pub model: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
 }
 
-/// A condition on which something is done.
+/// An event.
 #[derive(Debug, Clone, Serialize)]
 pub struct When {
-    /// The condition; of an `every` that word and its period.
+    /// The condition; for an `every`, that word and its period.
     pub condition: String,
-    /// What the model's text says of it.
+    /// Its documentation in the model text.
     pub doc: String,
 }
 
 impl Description {
-    /// Of a model that is sound; `path` is what its file is called.
+    /// Describes a sound model; `path` is the name of its file.
     pub(crate) fn of(path: &str, model: &Model, dae: &Dae, provenance: Provenance) -> Self {
         let blocks = model.automata.iter().filter(|a| a.origin == Origin::Modes);
         let whens = model.automata.iter().filter(|a| a.origin != Origin::Modes);
@@ -282,12 +282,12 @@ fn text(doc: &[String]) -> String {
     doc.join("\n")
 }
 
-/// Name, unit and text of what is declared.
+/// Name, unit and documentation of a declaration.
 fn head(declared: &Declared) -> (String, String, String) {
     (declared.name.clone(), declared.unit.symbol.clone(), text(&declared.doc))
 }
 
-/// First and last index of so many.
+/// First and last index of `count` elements.
 fn range(lower: i64, count: u32) -> [i64; 2] {
     [lower, lower + i64::from(count) - 1]
 }
@@ -313,46 +313,49 @@ fn inputs(model: &Model) -> Vec<Input> {
 }
 
 fn states(dae: &Dae) -> Vec<State> {
-    let all = dae.unknowns.iter().filter(|unknown| !is_share(&unknown.name));
-    all.map(|unknown| State {
-        name: unknown.name.clone(),
-        unit: unknown.unit.symbol.clone(),
-        doc: text(&unknown.doc),
-        differential: unknown.differential,
-        start: dae.graph.value(unknown.start).map(|si| unknown.unit.from_si(si)),
-    })
-    .collect()
+    let unknowns = dae.unknowns.iter().filter(|unknown| !is_share(&unknown.name));
+    unknowns
+        .map(|unknown| State {
+            name: unknown.name.clone(),
+            unit: unknown.unit.symbol.clone(),
+            doc: text(&unknown.doc),
+            differential: unknown.differential,
+            start: dae.graph.value(unknown.start).map(|si| unknown.unit.from_si(si)),
+        })
+        .collect()
 }
 
 fn arrays(dae: &Dae) -> Vec<Array> {
-    let all = dae.arrays.iter();
-    all.map(|array| Array {
-        name: array.name.clone(),
-        unit: array.unit.symbol.clone(),
-        doc: text(&array.doc),
-        range: range(array.lower, array.count),
-        start: dae.graph.value(array.start).map(|si| array.unit.from_si(si)),
-    })
-    .collect()
+    let arrays = dae.arrays.iter();
+    arrays
+        .map(|array| Array {
+            name: array.name.clone(),
+            unit: array.unit.symbol.clone(),
+            doc: text(&array.doc),
+            range: range(array.lower, array.count),
+            start: dae.graph.value(array.start).map(|si| array.unit.from_si(si)),
+        })
+        .collect()
 }
 
 fn parameters(model: &Model) -> Vec<Parameter> {
-    let all = model.parameters.iter();
-    all.map(|parameter| {
-        let declared = &parameter.declared;
-        let finite = |si: f64| si.is_finite().then(|| declared.unit.from_si(si));
-        let (name, unit, doc) = head(declared);
-        Parameter {
-            name,
-            unit,
-            doc,
-            value: declared.unit.from_si(parameter.value),
-            bounds: [finite(parameter.lower), finite(parameter.upper)],
-            log: parameter.log,
-            fixed: parameter.fixed,
-        }
-    })
-    .collect()
+    let parameters = model.parameters.iter();
+    parameters
+        .map(|parameter| {
+            let declared = &parameter.declared;
+            let finite = |si: f64| si.is_finite().then(|| declared.unit.from_si(si));
+            let (name, unit, doc) = head(declared);
+            Parameter {
+                name,
+                unit,
+                doc,
+                value: declared.unit.from_si(parameter.value),
+                bounds: [finite(parameter.lower), finite(parameter.upper)],
+                log: parameter.log,
+                fixed: parameter.fixed,
+            }
+        })
+        .collect()
 }
 
 fn outputs(model: &Model, dae: &Dae) -> Vec<Output> {
@@ -403,7 +406,7 @@ fn modes(automaton: &Automaton) -> Modes {
     }
 }
 
-/// One line for people: what is in the model.
+/// The contents of the model in one line.
 fn summary(path: &str, model: &Model, dae: &Dae) -> String {
     let of_families = dae.families.iter().filter(|family| family.differential);
     let differential = dae.unknowns.iter().filter(|unknown| unknown.differential).count()
@@ -431,7 +434,7 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
         let choices: Vec<&str> = variant.choices.iter().map(String::as_str).collect();
         let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
     }
-    // Those of a loop are told by the first of them.
+    // The first automaton of a loop stands for all of them.
     let of_one_item = |a: &Automaton, b: &Automaton| {
         a.origin != Origin::Modes && a.transitions[0].span == b.transitions[0].span
     };

@@ -25,11 +25,11 @@ pub use description::{
     State, Transition, VariantChoices, When,
 };
 
-/// What was checked and is sound.
+/// A checked model or effect without mistakes.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Checked {
-    /// An effect for which no model lies where one is expected.
+    /// An effect without a model to apply it to.
     Effect {
         /// Its file.
         path: PathBuf,
@@ -41,7 +41,7 @@ pub enum Checked {
 }
 
 impl Checked {
-    /// For programs; nothing is told of an effect by itself.
+    /// For programs; `None` for an effect without a model.
     pub fn to_json(&self) -> Option<Value> {
         match self {
             Checked::Effect { .. } => None,
@@ -49,7 +49,7 @@ impl Checked {
         }
     }
 
-    /// One line for people.
+    /// One line to print.
     pub fn summary(&self) -> String {
         match self {
             Checked::Effect { path, name } => {
@@ -66,11 +66,11 @@ impl Serialize for Checked {
     }
 }
 
-/// Checks a model, or an effect with the model that it is for.
+/// Checks a model, or an effect together with its model.
 ///
 /// # Errors
 ///
-/// [`WorkError::Diagnosed`] where it has mistakes.
+/// [`WorkError::Diagnosed`] if it has mistakes.
 pub fn check(request: &CheckRequest, session: Session<'_>) -> Result<Checked, WorkError> {
     let Some(effect) = effect(&request.model, session)? else {
         return check_model(&request.model, &request.choices, session);
@@ -79,13 +79,13 @@ pub fn check(request: &CheckRequest, session: Session<'_>) -> Result<Checked, Wo
         let (path, name) = (request.model.clone(), effect.full_name());
         return Ok(Checked::Effect { path, name });
     };
-    // With the effect as one more that is applied.
+    // The effect is applied in addition to those of the request.
     let mut choices = request.choices.clone();
     choices.apply.push(request.model.display().to_string());
     check_model(&model, &choices, session)
 }
 
-/// The effect in a file; nothing where the file holds a model.
+/// The effect in a file; `None` if the file holds a model.
 fn effect(path: &Path, session: Session<'_>) -> Result<Option<Effect>, WorkError> {
     let mut compilation = Compilation::new(session.files);
     let read = match parsed(path, &mut compilation)? {
@@ -99,7 +99,7 @@ fn effect(path: &Path, session: Session<'_>) -> Result<Option<Effect>, WorkError
     }
 }
 
-/// Checks a model with the effects that are applied to it.
+/// Checks a model with its effects applied.
 fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<Checked, WorkError> {
     let mut compilation = Compilation::new(session.files);
     let options = compilation.options(choices)?;
@@ -110,7 +110,7 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
     let digest = provenance::of_model(&compilation.sources);
 
     let mut notes = dependent::notes(&compiled);
-    // What was not chosen must be sound too, one choice at a time.
+    // Other choices of the variants must be sound too; they are tried one at a time.
     for Variant { name, choices, chosen } in &compiled.model.variants {
         if options.variants.iter().any(|(variant, _)| variant.text == *name) {
             continue;
@@ -119,12 +119,16 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
             let mut other = options.clone();
             let variant = compilation.name("--variant", name);
             other.variants.push((variant, compilation.name("--variant", choice)));
-            let mut own = Diagnostics::default();
-            // Mistakes are collected: one choice's say nothing about the next.
-            let other: Result<_, Reported> =
-                compile_asts(compiled.asts.clone(), &other, &Directions::None, &mut own);
+            let mut own_diagnostics = Diagnostics::default();
+            // Each choice gets its own diagnostics, independent of the next.
+            let other: Result<_, Reported> = compile_asts(
+                compiled.asts.clone(),
+                &other,
+                &Directions::None,
+                &mut own_diagnostics,
+            );
             notes.extend(other.iter().flat_map(dependent::notes));
-            for diagnostic in own.sorted() {
+            for diagnostic in own_diagnostics.sorted() {
                 compilation.diagnostics.error(diagnostic.clone());
             }
         }
@@ -134,13 +138,13 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
     }
 
     session.spare(&compilation.sources)?;
-    let mut told = Vec::new();
+    let mut messages = Vec::new();
     for note in unused::notes(&compiled.asts, &compilation.sources).into_iter().chain(notes) {
-        // What no choice changes is noted once.
-        if told.contains(&note.message) {
+        // A note that holds for every choice is given once.
+        if messages.contains(&note.message) {
             continue;
         }
-        told.push(note.message.clone());
+        messages.push(note.message.clone());
         session.note(&note, &compilation.sources);
     }
     let path = path.display().to_string();

@@ -1,4 +1,4 @@
-//! Parameters of a model that nothing in it reads, in any choice of its variants.
+//! Parameters that nothing in the model reads, for any choice of its variants.
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::names::{Names, SymbolKind};

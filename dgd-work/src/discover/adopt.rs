@@ -1,4 +1,4 @@
-//! A formula or an effect that a discovery described, taken into the library of its model.
+//! Adopts a described formula or effect of a discovery into the library of its model.
 
 use std::path::{Path, PathBuf};
 
@@ -20,27 +20,27 @@ use crate::session::Session;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Adopted {
-    /// The name that the effect has there.
+    /// Name of the effect in the library.
     pub name: String,
-    /// The file that it came from.
+    /// The source file.
     pub from: PathBuf,
-    /// Where it belongs: in the folder `effects` beside the model.
+    /// Target path, in the folder `effects` next to the model.
     pub path: PathBuf,
     /// Its text.
     pub text: String,
 }
 
-/// Gives a formula or an effect that a discovery described a name, and says where it belongs. Nothing is written.
+/// Names a formula or an effect that a discovery described and chooses its path in the library. Writes nothing.
 ///
 /// # Errors
 ///
-/// [`WorkError`]: the result has nothing to adopt or several such files, the name is taken or is none.
+/// [`WorkError`]: the result has nothing to adopt or several such files, or the name is taken or not a name.
 pub fn adopt(request: &AdoptRequest, session: Session<'_>) -> Result<Adopted, WorkError> {
     let files = session.files;
     let (from, folder) = chosen(request, files)?;
     let model = model_of(&folder, files)?;
-    let own = text_of(&from, files)?;
-    let text = renamed(&from, &own, &request.name)?;
+    let original = text_of(&from, files)?;
+    let text = renamed(&from, &original, &request.name)?;
     let beside = folder_of(&model);
     let path = beside.join(format!("{}.dgd", request.name));
     if read_text(files, &path).is_ok() || files.is_folder(&beside.join(&request.name)) {
@@ -52,14 +52,14 @@ pub fn adopt(request: &AdoptRequest, session: Session<'_>) -> Result<Adopted, Wo
     Ok(Adopted { name: request.name.clone(), from, path, text })
 }
 
-/// The file that is meant, and the folder of the result.
+/// The file to adopt, and the folder of the result.
 fn chosen(request: &AdoptRequest, files: &dyn FileSystem) -> Result<(PathBuf, PathBuf), WorkError> {
-    let given = &request.result;
-    if !files.is_folder(given) {
-        let folder = given.parent().map_or_else(PathBuf::new, Path::to_owned);
-        return Ok((given.clone(), folder));
+    let source = &request.result;
+    if !files.is_folder(source) {
+        let folder = source.parent().map_or_else(PathBuf::new, Path::to_owned);
+        return Ok((source.clone(), folder));
     }
-    let result = result_of(given, files)?;
+    let result = result_of(source, files)?;
     let list = |key: &str| result[key].as_array().cloned().unwrap_or_default();
     let laws = list("unexplained").into_iter().map(|one| one["law"]["file"].clone());
     let described = list("described").into_iter().map(|one| one["file"].clone());
@@ -68,22 +68,22 @@ fn chosen(request: &AdoptRequest, files: &dyn FileSystem) -> Result<(PathBuf, Pa
     match named.as_slice() {
         [] => Err(WorkError::Found(format!(
             "there is nothing to adopt in `{}`: the discovery found no formula and described no effect",
-            given.display()
+            source.display()
         ))),
-        [one] => Ok((given.join(one), given.clone())),
+        [one] => Ok((source.join(one), source.clone())),
         several => Err(WorkError::Usage(format!(
             "there are several files to adopt in `{0}`; name one: {1}",
-            given.display(),
+            source.display(),
             several
                 .iter()
-                .map(|file| format!("`{}`", given.join(file).display()))
+                .map(|file| format!("`{}`", source.join(file).display()))
                 .collect::<Vec<_>>()
                 .join(", ")
         ))),
     }
 }
 
-/// The model that the result is about, as the discovery was given it.
+/// Path of the model, as it was given to the discovery.
 fn model_of(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError> {
     let result = result_of(folder, files)?;
     result["model_file"].as_str().map(PathBuf::from).ok_or_else(|| {
@@ -106,7 +106,7 @@ fn text_of(path: &Path, files: &dyn FileSystem) -> Result<String, WorkError> {
         .map_err(|why| WorkError::Found(format!("cannot read `{}`: {why}", path.display())))
 }
 
-/// The text of an effect with another name in its first line.
+/// The text of an effect with its name replaced in the first line.
 fn renamed(path: &Path, text: &str, name: &str) -> Result<String, WorkError> {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let id = sources.add(Source { name: path.display().to_string(), text: text.to_owned() });

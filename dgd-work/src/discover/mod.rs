@@ -40,23 +40,23 @@ use offered::{with_inputs, without_unread};
 use report::Subject;
 pub use report::file_names;
 
-/// What was found, and what a report of it needs.
+/// The result of a discovery, with the inputs of its report.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Discovered {
-    /// What was found.
+    /// The result.
     pub discovery: Discovery,
-    /// Why the recordings may not say what they are asked.
+    /// Reasons to doubt that the recordings can answer.
     pub reservations: Vec<String>,
     /// The file of the base model.
     pub model: PathBuf,
     /// Its text, with the effects of the request.
     pub base: String,
-    /// Recordings that the fits saw.
+    /// Training recordings.
     pub training: Vec<PathBuf>,
-    /// Recordings kept out of them.
+    /// Validation recordings.
     pub held_out: Vec<PathBuf>,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
     files: InMemory,
     choices: Choices,
@@ -64,7 +64,7 @@ pub struct Discovered {
     journal: Option<RunJournal>,
 }
 
-/// Searches for what a model lacks.
+/// Searches for the missing terms of a model.
 ///
 /// # Errors
 ///
@@ -78,7 +78,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         ModelOptions { columns: offered.columns, ..compilation.options(&request.choices)? };
     let inputs = offered.inputs;
     let compiled = base_model(request, &options_of_model, &mut compilation)?;
-    // Of the user's texts, which other commands have, too.
+    // Provenance covers the user's own texts, as in other commands.
     let of_model = provenance::of_model(&compilation.sources);
     let compiled = with_inputs(compiled, &inputs, request, &options_of_model, &mut compilation)?;
     let library = library(request, &mut compilation, session)?;
@@ -129,26 +129,27 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     };
     let search = Request { journal: kept, watch: session.listener, ..search };
     let mut diagnostics = Diagnostics::default();
-    let found = dgd_discover::discover(&search, &mut diagnostics);
+    let discovery = dgd_discover::discover(&search, &mut diagnostics);
     session.listener.ends();
-    let mut found = found.map_err(|error| failed(&error, &diagnostics, &compilation))?;
+    let mut discovery = discovery.map_err(|error| failed(&error, &diagnostics, &compilation))?;
     let main = compiled.asts[0].source;
-    // Lines that are gone may have been the longest of their columns.
+    // Removed lines may have been the longest of their columns.
     let stripped =
         |text: &str| layout::like(main, &compilation.sources, without_unread(text, &inputs));
-    found.corrected = stripped(&found.corrected);
-    let left_out = found.left_out.iter();
+    discovery.corrected = stripped(&discovery.corrected);
+    let left_out = discovery.left_out.iter();
     reservations
         .extend(left_out.map(|(name, why)| format!("the effect `{name}` {why}: it is left out")));
     reservations.extend(
-        found
+        discovery
             .given_up
             .iter()
             .map(|(names, why)| format!("fits of {} were given up where {why}", names.join(", "))),
     );
     let system = executable(compiled.program.clone(), &request.solve)?;
-    reservations.extend(found.gap.iter().filter_map(|gap| other_noise(gap, system.signature())));
-    let outputs = system.signature().outputs.iter().zip(&found.lonely);
+    reservations
+        .extend(discovery.gap.iter().filter_map(|gap| other_noise(gap, system.signature())));
+    let outputs = system.signature().outputs.iter().zip(&discovery.lonely);
     reservations.extend(outputs.filter(|(_, lost)| **lost > 0).map(|(output, lost)| {
         let (readings, stand) =
             if *lost == 1 { ("reading", "stands") } else { ("readings", "stand") };
@@ -157,8 +158,8 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
             output.name
         )
     }));
-    if !found.uneven.is_empty() {
-        let names: Vec<String> = found.uneven.iter().map(|name| format!("`{name}`")).collect();
+    if !discovery.uneven.is_empty() {
+        let names: Vec<String> = discovery.uneven.iter().map(|name| format!("`{name}`")).collect();
         reservations.push(format!(
             "the noise of {} is not the same for all readings: each counts by its own, and noise and errors are given for \
              a usual reading",
@@ -172,7 +173,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
                 .to_owned(),
         );
     }
-    if found.is_cut_short {
+    if discovery.is_cut_short {
         let why = if session.listener.is_stopped() {
             "was stopped"
         } else {
@@ -191,7 +192,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         files.with(&source.name, without_unread(&source.text, &inputs).as_bytes())
     });
     Ok(Discovered {
-        discovery: found,
+        discovery: discovery,
         reservations,
         model: request.model.clone(),
         base: stripped(&compilation.sources.get(main).text),
@@ -226,7 +227,7 @@ impl Discovered {
         report::result_json(&self.subject())
     }
 
-    /// For people; says where the report is, if it was written.
+    /// As text; with the report's folder, if it was written.
     pub fn to_text(&self, folder: Option<&Path>) -> String {
         report::summary(&self.discovery, &self.reservations, folder)
     }
@@ -244,18 +245,18 @@ impl Discovered {
     ///
     /// # Errors
     ///
-    /// As of [`Self::files`].
+    /// Those of [`Self::files`].
     pub fn page(&self) -> Result<String, WorkError> {
         report::page(&self.subject())
     }
 
-    /// Measured less simulated, before and after, on validation data if there is any.
+    /// Residuals before and after the correction, on validation data if there is any.
     pub fn figure(&self) -> Figure {
         report::gap_figure(&self.discovery)
     }
 
-    /// Leaves what the search has kept, where there is any: the same request, resumed, has this result without
-    /// searching again. Otherwise it is removed with the result.
+    /// Keeps the search's journal, if any, so that the same request with `--resume` returns this result without
+    /// searching. Otherwise the journal is removed with the result.
     pub fn leave(&self) -> bool {
         if let Some(journal) = &self.journal {
             journal.leave();
@@ -286,12 +287,12 @@ fn failed(
     }
 }
 
-/// A declared noise and one that readings show are said where they differ by more than this factor.
+/// A declared noise is reported if it differs from the observed noise by more than this factor.
 const OTHER_NOISE: f64 = 1.5;
-/// Mean square of residuals over the noise that passes for noise.
+/// Reduced χ² up to which residuals pass for noise.
 const PASSES: f64 = 1.1;
 
-/// What is said of an output whose declared noise is not what its readings show: how the model is judged by both.
+/// A sentence about an output whose declared noise differs from the observed noise: how each judges the model.
 fn other_noise(gap: &Gap, signature: &Signature) -> Option<String> {
     let output = signature.outputs.iter().find(|output| *output.name == *gap.output)?;
     let declared = output.noise?;
@@ -317,7 +318,7 @@ fn other_noise(gap: &Gap, signature: &Signature) -> Option<String> {
     ))
 }
 
-/// Recordings that are kept out of the fits.
+/// Validation recordings.
 #[derive(Default)]
 struct HeldOut {
     paths: Vec<PathBuf>,
@@ -325,7 +326,7 @@ struct HeldOut {
 }
 
 impl HeldOut {
-    /// Those that are none of the training recordings again, and a sentence for each that is.
+    /// The recordings that are not training recordings as well, with a sentence for each that is.
     fn of(
         request: &DiscoverRequest,
         train: &[Recording],
@@ -348,7 +349,7 @@ impl HeldOut {
     }
 }
 
-/// Why the training recordings may not say what they are asked.
+/// Reasons to doubt that the training recordings can answer.
 fn reserved(
     request: &DiscoverRequest,
     compiled: &Compiled,
@@ -357,7 +358,7 @@ fn reserved(
 ) -> Result<Vec<String>, WorkError> {
     let system = executable(compiled.program.clone(), &request.solve)?;
     let signature = system.signature();
-    // Candidates only add to it.
+    // Candidates only add parameters.
     verify_memory_of_fit("the search", signature, train, threads, true)?;
     let p: Vec<f64> = signature.parameters.iter().map(|p| p.value).collect();
     let mut reservations = reservations::of_recordings(&system, &p, train);
@@ -383,15 +384,15 @@ fn directions(request: &DiscoverRequest, compilation: &mut Compilation<'_>) -> D
     Directions::Estimated { free, fixed }
 }
 
-/// The folders of effects that there are: beside the model, and those of `--effects`.
+/// The folders of effects: beside the model, and those of `--effects`.
 fn folders(request: &DiscoverRequest, files: &dyn FileSystem) -> Vec<PathBuf> {
     let beside = effects::folder_of(&request.model);
-    let all = std::iter::once(beside).chain(request.effects.iter().cloned());
-    all.filter(|folder| files.is_folder(folder)).collect()
+    let folders = std::iter::once(beside).chain(request.effects.iter().cloned());
+    folders.filter(|folder| files.is_folder(folder)).collect()
 }
 
-/// The effects beside the model, and those of `--effects`. Without any, all that can be told is
-/// whether the model explains the data.
+/// The effects beside the model, and those of `--effects`. Without any, the search can only tell whether the model
+/// explains the data.
 fn library(
     request: &DiscoverRequest,
     compilation: &mut Compilation<'_>,
@@ -425,8 +426,7 @@ fn library(
     Ok(library)
 }
 
-/// Recordings as the model sees them, with start values from the first measured outputs where these
-/// determine them.
+/// Recordings as the model reads them, with initial values from the first measured outputs where these determine them.
 fn recordings(
     request: &DiscoverRequest,
     paths: &[PathBuf],
@@ -450,15 +450,15 @@ fn recordings(
         if request.solve.start == Start::Measured {
             return with(Start::Measured, read, path);
         }
-        // A guess only: where the outputs do not give one, the model's own start values do.
+        // Only a guess: if the outputs do not determine it, the model's own initial values apply.
         let Ok(mut guessed) = with(Start::Measured, read, path) else {
             return with(request.solve.start, read, path);
         };
-        // What is not estimated stays as the model has it.
+        // Initial values that are not estimated stay as the model gives them.
         guessed.start.retain(|(state, _)| directions.contains(&Direction::Start(*state)));
         Ok(guessed)
     };
     let files = read.iter().zip(paths).map(|(read, path)| DataFile::new(path, read.digest));
-    let all: Result<Vec<Recording>, WorkError> = read.iter().zip(paths).map(one).collect();
-    Ok((all?, files.collect()))
+    let recordings: Result<Vec<Recording>, WorkError> = read.iter().zip(paths).map(one).collect();
+    Ok((recordings?, files.collect()))
 }

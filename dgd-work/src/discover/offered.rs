@@ -33,8 +33,8 @@ pub(super) struct Declaration {
     line: String,
 }
 
-/// Looks through the recordings of a request. Faults of a model or a file are reported when it is read next, and so is a
-/// file that can be read only once.
+/// Reads the columns of the recordings of a request. Faults of a model or a file are reported when it is read next; so
+/// is a file that can be read only once.
 pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offered {
     let paths: Vec<_> = request.data.iter().chain(&request.valid).collect();
     if !paths.iter().all(|path| files.is_file(path)) {
@@ -83,7 +83,7 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
             .and_then(|compiled| with_inputs(compiled, inputs, request, &options, &mut trial))
             .is_ok()
     };
-    // A header may be no name, or one that the language has.
+    // A header may not be a name, or may be a reserved word.
     if !compiles(&inputs) {
         inputs.retain(|own| compiles(std::slice::from_ref(own)));
     }
@@ -91,22 +91,22 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
     Offered { columns: (has_unread || !inputs.is_empty()).then_some(columns), inputs }
 }
 
-/// The names that effects of the library declare, which a model with them must not have.
+/// The names that effects of the library declare; the model must not use them.
 fn declared_by_effects(request: &DiscoverRequest, files: &dyn FileSystem) -> BTreeSet<String> {
     let mut probe = Compilation::new(files);
-    let mut all = BTreeSet::new();
+    let mut names = BTreeSet::new();
     for folder in folders(request, files) {
         let Compilation { sources, diagnostics, .. } = &mut probe;
         for effect in load_folder(files, &folder, sources, diagnostics).into_iter().flatten() {
             visit::items(&effect.ast.items, &mut |item| {
-                all.extend(item.kind.value_name().map(|name| name.text.clone()));
+                names.extend(item.kind.value_name().map(|name| name.text.clone()));
             });
         }
     }
-    all
+    names
 }
 
-/// Whether a column has a value everywhere, and not the same one throughout the training recordings.
+/// Whether a column has no missing values, and varies in the training recordings.
 fn is_signal(of_all: &[&Column], training: usize) -> bool {
     let is_whole = |column: &&Column| {
         column.fault.is_none() && column.values.iter().all(|value| value.is_finite())
@@ -143,10 +143,10 @@ pub(super) fn with_inputs(
         .map_err(|_| WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))
 }
 
-/// The text of a model with declarations behind its inputs, or behind its first line.
+/// The text of a model with declarations added after its inputs, or after its first line.
 fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> String {
     let header = ast.model.as_ref().map_or(0, |header| header.name.span.end);
-    // Those in a variant are of one choice only.
+    // Declarations inside a variant belong to one choice only.
     let inputs = ast.items.iter().filter(|item| matches!(item.kind, ItemKind::Input { .. }));
     let after = inputs.map(|item| item.span.end).fold(header, u32::max) as usize;
     let line_end = text[after..].find('\n').map_or(text.len(), |at| after + at);
@@ -154,7 +154,7 @@ fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> String {
     format!("{}\n{}{}", &text[..line_end], lines.join("\n"), &text[line_end..])
 }
 
-/// The text of a model without the declarations that nothing in it reads, whatever its layout.
+/// The text of a model without those declarations that nothing in it reads, whatever its layout.
 pub(super) fn without_unread(text: &str, declarations: &[Declaration]) -> String {
     let is_of = |line: &str, own: &Declaration| {
         let mut words = line.split_whitespace();
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn what_nothing_reads_leaves_the_text() {
         let text = "model m\ninput u [1]\ninput  v  [1] hold\ninput w [1] hold\n\nequation a: der(x) = u + w\n";
-        let found = without_unread(text, &[declaration("v"), declaration("w")]);
-        assert_eq!(found, text.replace("input  v  [1] hold\n", ""));
+        let stripped = without_unread(text, &[declaration("v"), declaration("w")]);
+        assert_eq!(stripped, text.replace("input  v  [1] hold\n", ""));
     }
 }

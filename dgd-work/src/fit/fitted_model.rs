@@ -1,4 +1,4 @@
-//! The text of a fitted model: the model's own, with what was estimated and set in its place.
+//! The text of a fitted model: the original with estimates and settings substituted.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -13,22 +13,22 @@ use dgd_data::cell::push_number;
 use dgd_identify::Estimate;
 use dgd_runtime::Direction;
 
-/// Digits of an estimate: what they leave out is far below the tolerance of any simulation.
+/// Digits of an estimate; the rest is far below the tolerance of any simulation.
 const DIGITS: usize = 10;
 
-/// What the fitted model is called within its folder: what the model is called.
+/// File name of the fitted model: that of the model.
 pub(crate) fn file_name(model: &Path) -> String {
     let name = model.file_name().unwrap_or_default();
     Path::new(name).with_extension("dgd").to_string_lossy().into_owned()
 }
 
-/// Where the result for programs is written.
+/// The result for programs.
 pub(crate) const RESULT: &str = "result.json";
 
-/// Where the page to read is written.
+/// The page to read.
 pub(crate) const REPORT: &str = "report.html";
 
-/// Where estimates over time are written.
+/// Estimates over time.
 pub(crate) const ESTIMATES: &str = "estimates.csv";
 
 /// All files that a fit may write.
@@ -37,11 +37,11 @@ pub fn file_names(model: &Path) -> Vec<String> {
     std::iter::once(file_name(model)).chain(names).collect()
 }
 
-/// The model file with fitted parameters, with `--set`, and with the start values of the first
-/// recording where the model has constants for them.
+/// The model file with fitted parameters, with `--set`, and with the initial values of the first recording where the
+/// model has constants for them.
 ///
-/// A start value that the model computes from inputs or parameters stays a computation. Paths of
-/// imports are changed so that they hold from `folder`.
+/// An initial value that the model computes from inputs or parameters stays a computation. Paths of imports are changed
+/// to be relative to `folder`.
 pub(crate) fn text(
     compiled: &Compiled,
     sources: &Sources,
@@ -69,31 +69,30 @@ pub(crate) fn text(
     layout::like(ast.source, sources, edited)
 }
 
-/// Where something that can be set is declared.
+/// Span of the declaration of something that can be set.
 fn declared(compiled: &Compiled, name: &str) -> Option<Span> {
     let model = &compiled.model;
     let constants = model.constants.iter().map(|constant| &constant.declared);
     let parameters = model.parameters.iter().map(|parameter| &parameter.declared);
     let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
     let arrays = model.arrays.iter().map(|array| &array.unknown.declared);
-    let mut all = constants.chain(parameters).chain(unknowns).chain(arrays);
-    let span = all.find(|declared| declared.name == name).map(|declared| declared.span);
+    let mut declarations = constants.chain(parameters).chain(unknowns).chain(arrays);
+    let span = declarations.find(|declared| declared.name == name).map(|declared| declared.span);
     let mut sizes = model.sizes.iter().map(|(size, _)| size);
     span.or_else(|| sizes.find(|size| size.text == name).map(|size| size.span))
 }
 
-/// Where an array is declared, whether an element has a new value, and all their values.
+/// Span of the declaration of an array, whether an element has a new value, and all their values.
 type Elements = (Span, bool, Vec<Element>);
 
-/// The arrays of constants and parameters of which an element has a new value: all their values as they
-/// are now.
+/// The arrays of constants and parameters with new values of elements: all their current values.
 fn arrays(compiled: &Compiled, settings: &[Setting], estimates: &[Estimate]) -> Vec<NewValue> {
     let constants = compiled.model.constants.iter().map(|c| (&c.declared, c.value, None));
     let parameters = compiled.dae.parameters.iter().enumerate().map(|(i, parameter)| {
         let is_it = |e: &&Estimate| e.of == Direction::Parameter(i);
         (&parameter.declared, parameter.value, estimates.iter().find(is_it))
     });
-    let mut all: BTreeMap<&str, Elements> = BTreeMap::new();
+    let mut arrays: BTreeMap<&str, Elements> = BTreeMap::new();
     for (declared, value, estimate) in constants.chain(parameters) {
         let Some((of, indices)) = element_of(&declared.name) else { continue };
         let is_set = |setting: &Setting| {
@@ -105,11 +104,11 @@ fn arrays(compiled: &Compiled, settings: &[Setting], estimates: &[Estimate]) -> 
             Some(e) => exact(e.value, &declared.unit),
             None => exact(value, &declared.unit),
         };
-        let (_, changed, values) = all.entry(of).or_insert((declared.span, false, Vec::new()));
+        let (_, changed, values) = arrays.entry(of).or_insert((declared.span, false, Vec::new()));
         *changed |= estimate.is_some() || settings.iter().any(is_set);
         values.push((indices, text));
     }
-    let changed = all.into_iter().filter(|(_, (_, changed, _))| *changed);
+    let changed = arrays.into_iter().filter(|(_, (_, changed, _))| *changed);
     let value = |(of, (name, _, values)): (&str, Elements)| NewValue {
         name,
         called: of.to_owned(),
@@ -123,14 +122,14 @@ fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {
         Direction::Parameter(i) => {
             let declared = &compiled.dae.parameters[i].declared;
             if element_of(&declared.name).is_some() {
-                // With the others of its array.
+                // It is written with the other elements of its array.
                 return None;
             }
             (declared.span, &declared.name, &declared.unit)
         }
         Direction::Start(i) => {
             let unknown = &compiled.dae.unknowns[i];
-            // One that is computed, or of another recording, is not the model's.
+            // A computed initial value, or one of another recording, does not belong in the model.
             if estimate.recording != Some(0) || compiled.dae.graph.value(unknown.start).is_none() {
                 return None;
             }
@@ -145,7 +144,7 @@ fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {
     Some(NewValue { name, called: called.clone(), text })
 }
 
-/// A value in its unit, to [`DIGITS`] digits; exactly where those would leave nothing of it.
+/// A value in its unit, to [`DIGITS`] digits; exact if those would round it to nothing.
 fn rounded(si: f64, unit: &Unit) -> String {
     let value = unit.from_si(si);
     match format!("{value:.*e}", DIGITS - 1).parse::<f64>() {
@@ -154,7 +153,7 @@ fn rounded(si: f64, unit: &Unit) -> String {
     }
 }
 
-/// A value in its unit that is read as exactly the same; a bound is not to be overstepped.
+/// A value in its unit that reads back as exactly the same number, so that it does not overstep a bound.
 fn exact(si: f64, unit: &Unit) -> String {
     let value = unit.from_si(si);
     let rounded = format!("{value:.*e}", DIGITS - 1).parse::<f64>().ok();
@@ -163,7 +162,7 @@ fn exact(si: f64, unit: &Unit) -> String {
     number(rounded.into_iter().chain(around.into_iter().flatten()).find(read_back).unwrap_or(value))
 }
 
-/// Large numbers with an exponent, as a person would write them.
+/// Writes large numbers with an exponent.
 fn number(value: f64) -> String {
     if value.abs() >= 1e6 {
         return format!("{value:e}");
@@ -173,10 +172,10 @@ fn number(value: f64) -> String {
     text
 }
 
-/// The path of an import as seen from another folder; `None` where that cannot be told.
+/// The path of an import relative to another folder; `None` if it cannot be determined.
 fn moved(path: &str, model: &Path, folder: &Path) -> Option<String> {
     let library = model.parent()?.join(path).canonicalize().ok()?;
-    // The folder may not be there yet.
+    // The folder may not exist yet.
     let folder = match folder.canonicalize() {
         Ok(folder) => folder,
         Err(_) => absolute_parent(folder)?.join(folder.file_name()?),

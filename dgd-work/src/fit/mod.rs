@@ -1,4 +1,4 @@
-//! Parameters and start values from recordings, tested on others.
+//! Estimates parameters and initial values from recordings, and validates them on others.
 //!
 //! ```text
 //!   FitRequest ─ task ─► recordings and problem ─┬─ output_error (and linear models)
@@ -44,18 +44,18 @@ use task::Task;
 
 pub use fitted_model::file_names;
 
-/// Estimates, how far they can be trusted, and the fitted model.
+/// Estimates, their uncertainty, and the fitted model.
 #[non_exhaustive]
 pub struct Fitted {
-    /// How they were found.
+    /// The estimator.
     pub estimator: Estimator,
-    /// The estimates, SI: parameters, and start values of recordings.
+    /// The estimates, SI: parameters, and initial values of recordings.
     pub estimates: Vec<Estimate>,
-    /// Figures, where they were asked for.
+    /// Figures, if requested.
     pub figures: Vec<FitFigure>,
-    /// Why the estimates are not what they should be; nothing where a fit came to its end.
+    /// Reasons why the estimates are incomplete; empty for a fit that converged.
     pub left_out: Vec<String>,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
     json: Value,
     text: String,
@@ -75,14 +75,14 @@ pub struct Fitted {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct FitFigure {
-    /// The estimate whose profile it is; nothing where it shows the recordings.
+    /// The estimate of a profile; `None` for a figure of the recordings.
     pub of: Option<String>,
     /// The figure.
     pub figure: Figure,
 }
 
 impl FitFigure {
-    /// Those of profiles.
+    /// The figures of profiles.
     fn of_profiles(
         intervals: &Intervals,
         outcome: &dyn Estimated,
@@ -92,15 +92,15 @@ impl FitFigure {
     }
 }
 
-/// What an estimator has found.
+/// The result of an estimator.
 struct Found {
     json: Value,
     text: String,
     figures: Vec<FitFigure>,
     estimates: Vec<Estimate>,
-    /// The recordings with what was simulated of them.
+    /// The recordings with their simulations.
     traces: Vec<Trace>,
-    /// Files besides the result and the model.
+    /// Files in addition to the result and the model.
     more: Vec<(String, Vec<u8>)>,
     left_out: LeftOut,
 }
@@ -109,13 +109,13 @@ struct Found {
 ///
 /// # Errors
 ///
-/// [`WorkError`]. A fit that ends in no minimum, or is stopped, is a result, which says so.
+/// [`WorkError`]. A fit that does not converge, or is cancelled, returns a result with that status.
 pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkError> {
     keeping::verify(&request.keep)?;
     let estimator = request.regression.estimator;
     let place = request.regression.place()?;
     let mut task = Task::load(request, session)?;
-    // What a program does without is not in it.
+    // Builds without the other estimators leave this out.
     let has_all = cfg!(feature = "estimators");
     if let Some(place) = place.filter(|_| has_all) {
         task.linearise(place);
@@ -124,7 +124,7 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
     request.search.verify(estimator)?;
     request.regression.verify_evaluations(request.evaluations)?;
     request.intervals.verify(estimator, dgd_runtime::System::signature(&task.system))?;
-    let found = match estimator {
+    let result = match estimator {
         Estimator::OutputError => output_error::run(&task, request, place),
         Estimator::Linearised if has_all => output_error::run(&task, request, place),
         Estimator::PredictionError if has_all => prediction_error::run(&task, request),
@@ -139,21 +139,21 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
         }
         _ => Err(WorkError::Usage("this program fits by simulation alone".to_owned())),
     }?;
-    let mut json = found.json;
+    let mut json = result.json;
     task.provenance.push_json(&mut json);
     Ok(Fitted {
         estimator,
-        estimates: found.estimates,
-        figures: found.figures,
-        left_out: found.left_out.all().to_vec(),
+        estimates: result.estimates,
+        figures: result.figures,
+        left_out: result.left_out.all().to_vec(),
         json,
         provenance: task.provenance,
-        text: found.text,
-        more: found.more,
-        traces: found.traces,
+        text: result.text,
+        more: result.more,
+        traces: result.traces,
         signature: dgd_runtime::System::signature(&task.system).clone(),
         command: request.command.clone(),
-        end: found.left_out,
+        end: result.left_out,
         model: request.model.clone(),
         compiled: task.compiled,
         sources: task.sources,
@@ -173,7 +173,7 @@ impl Fitted {
         &self.text
     }
 
-    /// The fitted model as a text that holds in this folder: what it imports is found from there.
+    /// Text of the fitted model for this folder, with paths of imports relative to it.
     pub fn model_text(&self, folder: &Path) -> String {
         fitted_model::text(
             &self.compiled,
@@ -185,7 +185,7 @@ impl Fitted {
         )
     }
 
-    /// `report.html`: how good the fit is and what to think of it.
+    /// `report.html`: the quality of the fit and how far to trust it.
     pub fn page(&self) -> String {
         page::write(self)
     }
@@ -203,13 +203,13 @@ impl Fitted {
         Files { written, ..Files::default() }
     }
 
-    /// How it ended; `written` is where its files are. Where it can be gone on from, what it has kept is left.
+    /// The outcome; `written` is the folder of the files. If the fit can be resumed, its journal stays.
     pub fn ended(&self, written: Option<&Path>) -> Ended {
         self.end.ended(self.journal.as_ref(), written)
     }
 
-    /// Leaves what the fit has kept, where there is any: the same request, resumed, has this result at once.
-    /// Otherwise it is removed with the result.
+    /// Keeps the fit's journal, if any, so that the same request with `--resume` returns this result at once. Otherwise
+    /// the journal is removed with the result.
     pub fn leave(&self) {
         if let Some(journal) = &self.journal {
             journal.leave();

@@ -1,4 +1,4 @@
-//! Fits from several starting points: how many there are, and what is said of the minima.
+//! Fits from several starting points: their number, and the report on the minima.
 
 use std::fmt::Write as _;
 
@@ -17,20 +17,20 @@ use crate::fit::report::outcome::digits_of;
 use crate::output::quantity::{short, with_unit};
 use crate::request::{Estimator, SearchRequest};
 
-/// So many estimates are told of another minimum, those that are furthest from the best first.
+/// Estimates listed for another minimum, those furthest from the best first.
 const MOST_TOLD: usize = 4;
 
-/// So many other minima are told of in words; `result.json` has all.
+/// Other minima listed in the text; `result.json` has all.
 const MOST_MINIMA: usize = 5;
 
-/// A deviance that is higher by less is as good.
+/// A deviance that is higher by less than this counts as equal.
 const AS_GOOD: f64 = 0.01;
 
-/// The stream of the seed's numbers that starting points are drawn from; replicates have those from 0.
+/// The random stream of starting points; replicates use the streams from 0.
 const STREAM: u128 = 1 << 64;
 
 impl SearchRequest {
-    /// Checks, before anything is read, that the estimator knows of it.
+    /// Checks, before anything is read, that the estimator supports several starting points.
     pub(crate) fn verify(self, estimator: Estimator) -> Result<(), WorkError> {
         if let Some(k) = self.start_point
             && k >= self.starts
@@ -61,7 +61,7 @@ impl SearchRequest {
         Ok(())
     }
 
-    /// The best fit from all points, or that from the one that is asked for.
+    /// The best fit from all points, or the fit from the requested one.
     pub(crate) fn fit(
         self,
         problem: &OutputErrorProblem<'_>,
@@ -70,28 +70,28 @@ impl SearchRequest {
         let mut random = Pcg64::new(u128::from(seed), STREAM);
         let count = self.starts as usize;
         let points = starting_points(problem, count, self.spread, || random.next_u64());
-        let all = match self.start_point {
+        let fits = match self.start_point {
             None => fit_from_drawn(problem, &points),
             Some(k) => fit_from_point(problem, &points, k as usize),
         }?;
-        Ok(Searched { all, spread: self.spread })
+        Ok(Searched { all: fits, spread: self.spread })
     }
 }
 
-/// Fits from all points.
+/// The fits from all points.
 pub(crate) struct Searched {
     pub all: MultiStart,
     spread: DrawnFrom,
 }
 
-/// What became of all points.
+/// The outcomes of all points.
 pub(crate) struct Minima {
     searched: Searched,
     minima: Vec<LocalMinimum>,
 }
 
 impl Minima {
-    /// `None` where there was one point.
+    /// `None` with a single point.
     pub(crate) fn of(searched: Searched) -> Option<Self> {
         let minima = searched.all.minima();
         (searched.all.ends.len() > 1).then_some(Self { searched, minima })
@@ -101,7 +101,7 @@ impl Minima {
         &self.searched.all
     }
 
-    /// How the fit from a point ended, in a word or two, for programs.
+    /// The outcome of the fit from a point in a word or two, for programs.
     fn end(end: &PointEnd) -> &'static str {
         match end {
             PointEnd::Fitted(fit) => fit.termination.name(),
@@ -110,7 +110,7 @@ impl Minima {
         }
     }
 
-    /// What became of each point.
+    /// The outcome of each point.
     fn points_to_json(&self) -> Value {
         let least = self.all().fit.deviance;
         let entry = |(k, end): (usize, &PointEnd)| {
@@ -125,7 +125,7 @@ impl Minima {
         Value::Array(self.all().ends.iter().enumerate().map(entry).collect())
     }
 
-    /// What the fits say of minima that they did not find.
+    /// The smallest basin of attraction that the starting points would have hit with 95 % confidence, in words.
     fn found_volume_text(&self) -> Option<String> {
         let volume = short(100.0 * self.all().found_volume()?, 2);
         Some(format!(
@@ -134,7 +134,7 @@ impl Minima {
         ))
     }
 
-    /// Points whose fits Ctrl-C has left out, or stopped.
+    /// Points whose fits were cancelled or not started because of Ctrl-C.
     fn unfinished(&self) -> usize {
         let is_unfinished = |end: &&PointEnd| match end {
             PointEnd::LeftOut => true,
@@ -144,7 +144,7 @@ impl Minima {
         self.all().ends.iter().filter(is_unfinished).count()
     }
 
-    /// Points whose fit failed, and why the first of them failed.
+    /// The number of failed fits, and the first error.
     fn failed(&self) -> (usize, Option<&EstimateError>) {
         let mut errors = self.all().ends.iter().filter_map(|end| match end {
             PointEnd::Failed(error) => Some(error),
@@ -165,7 +165,7 @@ impl Minima {
         self.all().ends.iter().filter(is_lost).count()
     }
 
-    /// Adds what Ctrl-C kept it from.
+    /// Adds what was left out because of Ctrl-C.
     pub(crate) fn push_left_out(&self, left_out: &mut LeftOut) {
         let (unfinished, all) = (self.unfinished(), self.all().ends.len());
         if unfinished > 0 {
@@ -208,14 +208,14 @@ impl Minima {
         })
     }
 
-    /// A line for each minimum, and for what became of the other points.
+    /// A line for each minimum, and for the outcomes of the other points.
     pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
-        let all = self.all().ends.len();
-        // Writing to a string does not fail.
+        let n_points = self.all().ends.len();
+        // Writing to a string cannot fail.
         let mut minima = self.minima.iter();
         if let Some(best) = minima.next() {
             let led = best.points.len();
-            let _ = writeln!(text, "{led} of {all} starting points led to this minimum");
+            let _ = writeln!(text, "{led} of {n_points} starting points led to this minimum");
         }
         for minimum in minima.by_ref().take(MOST_MINIMA) {
             let Some(fit) = self.all().fit_of(minimum.points[0]) else { continue };
@@ -235,11 +235,11 @@ impl Minima {
             let _ = writeln!(text, "the rest led to {others} more, all of them above these");
         }
         if let (failed @ 1.., Some(reason)) = self.failed() {
-            let _ = writeln!(text, "{failed} of {all} could not be fitted: {reason}");
+            let _ = writeln!(text, "{failed} of {n_points} could not be fitted: {reason}");
         }
         let lost = self.lost();
         if lost > 0 {
-            let _ = writeln!(text, "{lost} of {all} did not converge");
+            let _ = writeln!(text, "{lost} of {n_points} did not converge");
         }
         let draws = self.all().failed_draws;
         if draws > 0 {
@@ -262,12 +262,12 @@ impl Minima {
         };
         let mut order: Vec<usize> = (0..best.len()).collect();
         order.sort_by(|a, b| distance(*b).total_cmp(&distance(*a)));
-        let told = order.into_iter().take(MOST_TOLD).map(|i| {
+        let listed = order.into_iter().take(MOST_TOLD).map(|i| {
             let (unit, estimate) = (outcome.unit(i), &other.estimates[i]);
             let std = estimate.std.map(|std| std / unit.factor);
             let value = digits_of(unit.from_si(estimate.value), std);
             format!("`{}` = {}", outcome.name(i), with_unit(value, &unit.symbol))
         });
-        told.collect::<Vec<_>>().join(", ")
+        listed.collect::<Vec<_>>().join(", ")
     }
 }

@@ -1,4 +1,4 @@
-//! Residuals of a fit as a function of what it estimates: for optimisers and samplers outside dgd.
+//! Residuals of a fit as a function of its estimates, for external optimisers and samplers.
 
 use dgd_execute::Loaded;
 use dgd_identify::{
@@ -14,21 +14,21 @@ use crate::request::{Estimator, FitRequest};
 use crate::run::{densities, recording};
 use crate::session::Session;
 
-/// Something that a fit estimates, in its declared unit.
+/// An estimated variable, in its declared unit.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Variable {
-    /// A parameter by its name, a start value as `x(0)`; where there are several recordings, as `x(0) of RECORDING`.
+    /// A parameter's name, or `x(0)` for an initial value; with several recordings, `x(0) of RECORDING`.
     pub name: String,
     /// Its unit.
     pub unit: Unit,
-    /// First guess.
+    /// Initial guess.
     pub value: f64,
     /// Lower bound; minus infinity without one.
     pub lower: f64,
     /// Upper bound; infinity without one.
     pub upper: f64,
-    /// Whether it is better searched for by its logarithm.
+    /// Whether a search should use its logarithm.
     pub is_log: bool,
     direction: usize,
     of: Direction,
@@ -38,7 +38,7 @@ pub struct Variable {
 /// Residuals (simulated − measured)/σ of all samples, then (wᵀp − mean)/std of all priors, as a function of the
 /// variables θ in declared units.
 ///
-/// Half the sum of their squares is the negative logarithm of the posterior density, but for a constant. σ is the
+/// Half the sum of their squares is the negative logarithm of the posterior density, up to a constant. σ is the
 /// declared noise.
 #[derive(Debug)]
 pub struct Objective {
@@ -46,7 +46,7 @@ pub struct Objective {
     p: Vec<f64>,
     recordings: Vec<Recording>,
     names: Vec<String>,
-    /// SI; nothing where an output is not compared.
+    /// SI; `None` for outputs that are not compared.
     noise: Vec<Option<f64>>,
     priors: Vec<NormalPrior>,
     options: Options,
@@ -54,7 +54,7 @@ pub struct Objective {
     variables: Vec<Variable>,
 }
 
-/// A prior that is one more residual, SI.
+/// A prior that adds a residual, SI.
 #[derive(Debug)]
 struct NormalPrior {
     prior: Prior,
@@ -76,8 +76,7 @@ impl NormalPrior {
     }
 }
 
-/// Prepares the residuals of a fit. `noise` has standard deviations of outputs in their units, in place of those
-/// declared.
+/// Prepares the residuals of a fit. `noise` replaces declared standard deviations of outputs, in their units.
 ///
 /// # Errors
 ///
@@ -94,7 +93,7 @@ pub fn objective(
     }
     let task = Task::load(request, session)?;
     let problem = task.problem();
-    // It is asked for values when whoever listened may be gone.
+    // The objective may be evaluated after the caller's listener is gone.
     let options = Options { watched: None, ..problem.options };
     let priors = problem.priors;
     let noise = noise_of(&task, noise)?;
@@ -106,7 +105,7 @@ pub fn objective(
             "nothing is to be estimated: all parameters are fixed".into(),
         ));
     }
-    // Of what is not estimated nothing is weighed.
+    // Priors of parameters that are not estimated do not count.
     let is_free = |i| variables.iter().any(|v| v.of == Direction::Parameter(i));
     let mut normal = Vec::new();
     for prior in priors.into_iter().filter(|prior| prior.concerns(is_free)) {
@@ -125,12 +124,12 @@ pub fn objective(
 }
 
 impl Objective {
-    /// What θ is.
+    /// The variables θ.
     pub fn variables(&self) -> &[Variable] {
         &self.variables
     }
 
-    /// How many residuals there are.
+    /// Number of residuals.
     pub fn len(&self) -> usize {
         let counted = |recording: &Recording| {
             self.compared().map(|(i, _)| samples(recording, i).count()).sum::<usize>()
@@ -138,7 +137,7 @@ impl Objective {
         self.recordings.iter().map(counted).sum::<usize>() + self.priors.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no residuals.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -147,8 +146,7 @@ impl Objective {
     ///
     /// # Errors
     ///
-    /// [`WorkError::Computation`] where a recording cannot be simulated, [`WorkError::Usage`] where θ has another
-    /// length.
+    /// [`WorkError::Computation`] if a recording cannot be simulated, [`WorkError::Usage`] if θ has the wrong length.
     pub fn residuals(&self, theta: &[f64]) -> Result<Vec<f64>, WorkError> {
         let (p, starts) = self.point(theta)?;
         let problem = OutputErrorProblem {
@@ -166,8 +164,8 @@ impl Objective {
         Ok(residuals)
     }
 
-    /// The residuals, and their derivatives to θ, row by row. Where a model has no derivative they are 0, as in dgd's
-    /// own fits.
+    /// The residuals and their derivatives with respect to θ, row by row. Where the model is not differentiable,
+    /// derivatives are 0, as in dgd's own fits.
     ///
     /// # Errors
     ///
@@ -175,13 +173,13 @@ impl Objective {
     pub fn linearised(&self, theta: &[f64]) -> Result<(Vec<f64>, Vec<f64>), WorkError> {
         let (p, starts) = self.point(theta)?;
         let Objective { system, recordings, options, threads, .. } = self;
-        let all =
+        let computed =
             in_parallel_by_model(system.as_model(), recordings.len(), *threads, |system, r| {
                 outputs_with_sensitivities(system, &recordings[r], &p, &starts[r], options)
             });
         let mut residuals = Vec::with_capacity(self.len());
         let mut rows = Vec::with_capacity(self.len() * self.variables.len());
-        for (r, (recording, found)) in self.recordings.iter().zip(all).enumerate() {
+        for (r, (recording, found)) in self.recordings.iter().zip(computed).enumerate() {
             let observations = found.map_err(|reason| self.failed(r, &reason))?;
             self.push_residuals(recording, &observations, &mut residuals);
             self.push_rows(r, &observations, &mut rows);
@@ -193,7 +191,7 @@ impl Objective {
         Ok((residuals, rows))
     }
 
-    /// Outputs that are compared, with σ.
+    /// Compared outputs, with σ.
     fn compared(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.noise.iter().enumerate().filter_map(|(i, sigma)| Some((i, (*sigma)?)))
     }
@@ -219,7 +217,7 @@ impl Objective {
         }
     }
 
-    /// Parameters and start values of each recording, SI.
+    /// Parameters and initial values of each recording, SI.
     fn point(&self, theta: &[f64]) -> Result<(Vec<f64>, Vec<Starts>), WorkError> {
         let (given, needed) = (theta.len(), self.variables.len());
         if given != needed {
@@ -233,9 +231,9 @@ impl Objective {
             match variable.of {
                 Direction::Parameter(i) => p[i] = si,
                 Direction::Start(i) => {
-                    let own = &mut starts[variable.recording];
-                    own.retain(|(unknown, _)| *unknown != i);
-                    own.push((i, si));
+                    let values = &mut starts[variable.recording];
+                    values.retain(|(unknown, _)| *unknown != i);
+                    values.push((i, si));
                 }
             }
         }
@@ -250,11 +248,11 @@ impl Objective {
 
 /// Samples of an output: position and value.
 fn samples(recording: &Recording, output: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-    let all = recording.measured[output].as_deref().unwrap_or_default();
-    all.iter().copied().enumerate().filter(|(_, value)| value.is_finite())
+    let values = recording.measured[output].as_deref().unwrap_or_default();
+    values.iter().copied().enumerate().filter(|(_, value)| value.is_finite())
 }
 
-/// σ of each output that is compared, SI.
+/// σ of each compared output, SI.
 fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>, WorkError> {
     let outputs = &task.system.signature().outputs;
     let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
@@ -279,8 +277,9 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
     let mut without = Vec::new();
     let sigma = outputs.iter().zip(&task.noise).map(|(output, used)| {
         used.as_ref()?;
-        let given = given.iter().rev().find(|(name, _)| *name == output.name);
-        let sigma = given.map(|(_, sigma)| sigma * output.unit.factor.abs()).or(output.noise);
+        let override_noise = given.iter().rev().find(|(name, _)| *name == output.name);
+        let sigma =
+            override_noise.map(|(_, sigma)| sigma * output.unit.factor.abs()).or(output.noise);
         if sigma.is_none() {
             without.push(format!("`{}`", output.name));
         }
@@ -297,7 +296,7 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
     Ok(sigma)
 }
 
-/// All parameters that are free, then the start values of each recording.
+/// All free parameters, then the initial values of each recording.
 fn variables(
     system: &Loaded,
     p: &[f64],
@@ -307,12 +306,12 @@ fn variables(
 ) -> Result<Vec<Variable>, WorkError> {
     let signature = system.signature();
     let directions = || signature.directions.iter().copied().enumerate();
-    let mut all = Vec::new();
+    let mut variables = Vec::new();
     for (direction, of) in directions() {
         let Direction::Parameter(i) = of else { continue };
         let parameter = &signature.parameters[i];
         let declared = |si: f64| parameter.unit.from_si(si);
-        all.push(Variable {
+        variables.push(Variable {
             name: parameter.name.to_string(),
             unit: parameter.unit.clone(),
             value: declared(p[i].clamp(parameter.lower, parameter.upper)),
@@ -334,7 +333,7 @@ fn variables(
             let Direction::Start(i) = of else { continue };
             let unit = signature.unknowns.unit(i);
             let name = signature.direction_name(direction);
-            all.push(Variable {
+            variables.push(Variable {
                 name: match recordings.len() {
                     1 => name.into_owned(),
                     _ => format!("{name} of {}", names[r]),
@@ -350,7 +349,7 @@ fn variables(
             });
         }
     }
-    Ok(all)
+    Ok(variables)
 }
 
 #[cfg(test)]
@@ -420,13 +419,14 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
         let (residuals, rows) = objective.linearised(&theta).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(residuals.len(), objective.len());
         assert_eq!(objective.len(), 2 * 60 + 1);
-        let of = |theta: &[f64]| objective.residuals(theta).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(residuals.len(), of(&theta).len());
+        let residuals_at =
+            |theta: &[f64]| objective.residuals(theta).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(residuals.len(), residuals_at(&theta).len());
         for j in 0..theta.len() {
             let moved = |h: f64| {
                 let mut moved = theta.clone();
                 moved[j] += h * theta[j];
-                of(&moved)
+                residuals_at(&moved)
             };
             let h = 1e-5;
             let (up, down) = (moved(h), moved(-h));
@@ -445,7 +445,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
         let model = "model curve\ninput x [m] linear\nparameter y[1..3] [g] = (1, 2, 4)\n\
                      table f(x [m]) [g] at (0, 10, 30) = y  linear, smooth 0.5\n\
                      output w [g] = f(x) noise 0.1\n";
-        // Nothing is read beyond the second point.
+        // Data after the second point is not read.
         let data = "time [s],x [m],w [g]\n0,0,1\n1,5,1.5\n2,10,2\n";
         let files = InMemory::default().with("curve.dgd", model).with("data.csv", data);
         let session = Session::new(&Silent).with_files(&files);
@@ -465,9 +465,9 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
             assert!((slope - wanted / 0.5).abs() < 1e-12, "{rows:?}");
         }
         let fitted = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
-        let found = fitted.to_json();
-        assert_eq!(found["degrees_of_freedom"], 3 + 1 - 3);
-        assert!(found["cost"].as_f64().expect("a fit has a cost") < 1e-9, "{found}");
+        let result = fitted.to_json();
+        assert_eq!(result["degrees_of_freedom"], 3 + 1 - 3);
+        assert!(result["cost"].as_f64().expect("a fit has a cost") < 1e-9, "{result}");
     }
 
     #[test]
@@ -493,11 +493,11 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
             let mut request = FitRequest::new("curve.dgd", vec!["data.csv".into()]);
             request.noise = NoiseFrom::Declared;
             request.regression.estimator = estimator;
-            let found =
+            let fitted =
                 fit(&request, session).unwrap_or_else(|error| panic!("{estimator:?}: {error}"));
             let value = |name: &str| {
-                let mut all = found.estimates.iter();
-                all.find(|estimate| estimate.name == name).map_or(f64::NAN, |e| 1e3 * e.value)
+                let mut estimates = fitted.estimates.iter();
+                estimates.find(|estimate| estimate.name == name).map_or(f64::NAN, |e| 1e3 * e.value)
             };
             let [second, third, fourth] = ["y[2]", "y[3]", "y[4]"].map(value);
             let straight = third + (third - second) / 2.0;
@@ -506,7 +506,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
                 "{estimator:?}: {fourth}, and not {straight}"
             );
             assert!((value("y[1]") - 1.05).abs() < 0.05, "{estimator:?}: {}", value("y[1]"));
-            assert!(found.estimates.iter().all(|e| e.std.is_some()), "{estimator:?}");
+            assert!(fitted.estimates.iter().all(|e| e.std.is_some()), "{estimator:?}");
         }
     }
 
@@ -524,7 +524,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
         let cost: f64 = residuals.iter().map(|r| r * r).sum();
         let of_fit = fitted.to_json()["cost"].as_f64().expect("a fit has a cost");
         assert!((cost - of_fit).abs() <= 1e-4 * of_fit, "{cost} {of_fit}");
-        // What a standard deviation of a variable would gain is far below 1.
+        // Within one standard deviation of a variable the change is far below 1.
         let n = theta.len();
         for j in 0..n {
             let column = || (0..residuals.len()).map(|k| rows[k * n + j]);
@@ -543,12 +543,13 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
         let refused = objective(&request, &[], session).expect_err("`flow` declares no noise");
         assert!(refused.to_string().starts_with("`flow` declares no noise"), "{refused}");
         let noise = [("flow".to_owned(), 0.5)];
-        let all = objective(&request, &noise, session).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(all.len(), 4 * 60 + 1);
+        let objective_of_all =
+            objective(&request, &noise, session).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(objective_of_all.len(), 4 * 60 + 1);
         let none =
             objective(&request, &[("flaw".to_owned(), 1.0)], session).expect_err("no output");
         assert!(none.to_string().contains("did you mean `flow`"), "{none}");
-        let short = all.residuals(&[1.0]).expect_err("too few values");
+        let short = objective_of_all.residuals(&[1.0]).expect_err("too few values");
         assert_eq!(short.to_string(), "there are 4 variables, and 1 values are given");
     }
 }

@@ -1,4 +1,4 @@
-//! By simulation error: each recording simulated from its start, by the model or a linear one.
+//! Output-error estimation: each recording is simulated from its start, by the model or by a linear one.
 
 use dgd_identify::OutputErrorProblem;
 use dgd_plot::{Meaning, Text};
@@ -40,27 +40,27 @@ pub(super) fn run(
         )));
     }
     let fitted = |problem: &OutputErrorProblem<'_>| {
-        let found = request.search.fit(problem, task.session.seed);
-        found.map_err(|error| task.failed(error, &request.data))
+        let outcome = request.search.fit(problem, task.session.seed);
+        outcome.map_err(|error| task.failed(error, &request.data))
     };
-    let found = fitted(&problem)?;
-    let (problem, found) = match options_of_refit(
+    let fits = fitted(&problem)?;
+    let (problem, fits) = match options_of_refit(
         &problem.options,
         &request.solve,
-        &found.all,
+        &fits.all,
         &task.train,
         task.session,
     ) {
-        None => (problem, found),
+        None => (problem, fits),
         Some(options) => {
             let problem = OutputErrorProblem { options, ..problem };
-            let found = fitted(&problem)?;
-            (problem, found)
+            let fits = fitted(&problem)?;
+            (problem, fits)
         }
     };
-    let (mut fit, minima) = (found.all.fit.clone(), Minima::of(found));
+    let (mut fit, minima) = (fits.all.fit.clone(), Minima::of(fits));
     let is_converged = fit.termination.is_converged();
-    // What the result needs of the best so far, whoever stopped the search.
+    // The result of the best values so far is computed even after a cancelled search.
     let result = problem.unwatched().as_fitted(&fit);
     let train = task.evaluated(&result, &fit, &request.data)?;
     let mut left_out = LeftOut::of(fit.termination, || task.unconverged(&fit, &request.data));
@@ -78,7 +78,7 @@ pub(super) fn run(
         }
         valid => valid?,
     };
-    // What a program does without is not in it.
+    // Builds without the other estimators leave this out.
     let has_all = cfg!(feature = "estimators");
     let place = place.filter(|_| has_all);
     let linearised = place.map(|place| task.linearised(place, &result, &fit, &train, request));

@@ -1,4 +1,4 @@
-//! By the likelihood of innovations, with process noise.
+//! Prediction-error estimation: maximum likelihood of the innovations, with process noise.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -29,53 +29,48 @@ use crate::output::table::{push_table, significant};
 use crate::request::FitRequest;
 use crate::run::{densities, recording};
 
-/// Differences of innovations need at least this tolerance.
+/// Tolerance that differences of innovations need.
 const TIGHT: f64 = 1e-8;
 
 const MINUTE: f64 = 60.0;
 
 pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkError> {
     let problem = problem(task, request);
-    let mut found =
-        prediction_error(&problem).map_err(|error| task.failed(error, &request.data))?;
+    let mut fit = prediction_error(&problem).map_err(|error| task.failed(error, &request.data))?;
     if task.few.hide_stds() {
-        found.forget_uncertainty();
+        fit.forget_uncertainty();
     }
-    let found = found;
-    let reason = || match found.termination {
-        Termination::Flat => flat(&found.estimates),
+    let fit = fit;
+    let reason = || match fit.termination {
+        Termination::Flat => flat(&fit.estimates),
         _ => format!(
             "no maximum of the likelihood was reached in {} evaluations ({}){}",
-            found.evaluations,
-            found.termination.name(),
+            fit.evaluations,
+            fit.termination.name(),
             task.few.as_reason()
         ),
     };
     let of_simulation =
-        OutputErrorProblem { p: &found.p, free: problem.free.clone(), ..task.problem() };
-    let train = evaluate(&of_simulation.unwatched(), &found.p, &found.starts)
+        OutputErrorProblem { p: &fit.p, free: problem.free.clone(), ..task.problem() };
+    let train = evaluate(&of_simulation.unwatched(), &fit.p, &fit.starts)
         .map_err(|error| task.failed(EstimateError::Start(error), &request.data))?;
     let held_out = OutputErrorProblem {
         recordings: &task.valid,
-        noise: found
-            .noise
-            .iter()
-            .map(|noise| noise.map(|noise| Noise::Known(noise.value)))
-            .collect(),
+        noise: fit.noise.iter().map(|noise| noise.map(|noise| Noise::Known(noise.value))).collect(),
         ..of_simulation
     };
-    let is_converged = found.termination.is_converged();
-    let mut left_out = LeftOut::of(found.termination, reason);
-    let profiled = request.intervals.profiled(&found.estimates);
+    let is_converged = fit.termination.is_converged();
+    let mut left_out = LeftOut::of(fit.termination, reason);
+    let profiled = request.intervals.profiled(&fit.estimates);
     let profiles = if profiled.is_empty() || !is_converged {
         Vec::new()
     } else {
-        let profiles = prediction_error_profiles(&problem, &found, &profiled);
+        let profiles = prediction_error_profiles(&problem, &fit, &profiled);
         profiles.map_err(|error| task.failed(error, &request.data))?
     };
     let intervals = Intervals::of_profiles(profiles, profiled);
     let recording_names = recording::names(&request.data);
-    let name = |i: usize| name_of(&found.estimates[i], &recording_names);
+    let name = |i: usize| name_of(&fit.estimates[i], &recording_names);
     intervals.push_left_out(&mut left_out, name);
     let valid = task.tested_unless_stopped(request, &mut left_out, || {
         let is_asked = !task.valid.is_empty();
@@ -93,7 +88,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     let outcome = Outcome {
         task,
         request,
-        found: &found,
+        found: &fit,
         recording_names,
         train,
         valid,
@@ -118,7 +113,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         json: outcome.to_json(),
         text: outcome.to_text(),
         figures,
-        estimates: found.estimates.clone(),
+        estimates: fit.estimates.clone(),
         traces,
         more: Vec::new(),
         left_out,
@@ -128,7 +123,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
 fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProblem<'a> {
     let defaults = PredictionErrorProblem::new(task.system.as_model(), &task.p, &task.train);
     let is_free = |direction: &Direction| is_free(&task.compiled, request, direction);
-    let given = task.problem();
+    let output_error = task.problem();
     let refused = || unreachable!("refused when the task was loaded");
     let level = |noise: &Option<Noise>| {
         noise.map(|noise| match noise {
@@ -141,24 +136,24 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
             Noise::Recorded | Noise::Stabilised(..) => refused(),
         })
     };
-    let Options { rtol, atol, .. } = given.options;
+    let Options { rtol, atol, .. } = output_error.options;
     PredictionErrorProblem {
         free: task.system.signature().directions.iter().map(is_free).collect(),
         rates: rates(task),
-        noise: given.noise.iter().map(level).collect(),
-        options: Options { rtol: rtol.min(TIGHT), atol: atol.min(TIGHT), ..given.options },
+        noise: output_error.noise.iter().map(level).collect(),
+        options: Options { rtol: rtol.min(TIGHT), atol: atol.min(TIGHT), ..output_error.options },
         stopping: StoppingRule {
             evaluations: task.evaluations.unwrap_or(defaults.stopping.evaluations),
             ..defaults.stopping
         },
-        priors: given.priors,
-        threads: given.threads,
-        watch: given.watch,
+        priors: output_error.priors,
+        threads: output_error.threads,
+        watch: output_error.watch,
         ..defaults
     }
 }
 
-/// How far each state strays by itself: what the model declares, else it is estimated.
+/// Process noise of each state: as declared, and estimated otherwise.
 fn rates(task: &Task<'_>) -> Vec<Level> {
     let system = task.system.as_model();
     let level = |i: usize| {
@@ -172,7 +167,7 @@ fn rates(task: &Task<'_>) -> Vec<Level> {
     states.map(|i| level(i).unwrap_or(Level::Estimated)).collect()
 }
 
-/// Whether a direction is estimated. All states have one; start values of some are given.
+/// Whether a direction is estimated. All states have one; some initial values are given.
 pub(super) fn is_free(compiled: &Compiled, request: &FitRequest, direction: &Direction) -> bool {
     let dae = &compiled.dae;
     match direction {
@@ -180,21 +175,21 @@ pub(super) fn is_free(compiled: &Compiled, request: &FitRequest, direction: &Dir
         Direction::Start(i) => {
             let named =
                 |names: &[String]| names.iter().any(|name| dae.positions(name.trim()).contains(i));
-            // Elements are estimated where they are asked for.
+            // Elements of arrays are estimated only on request.
             let is_fixed = dae.unknowns.get(*i).is_none_or(|unknown| unknown.fixed);
             let (free, fixed) = (named(&request.sought.free), named(&request.sought.fix));
-            // Where it is algebraic at the start, it follows the others.
+            // An unknown that is algebraic at the start follows from the others.
             dae.is_differential(*i) && !fixed && (free || !is_fixed)
         }
     }
 }
 
-/// What was found, for people and for programs.
+/// The result, as text and JSON.
 struct Outcome<'a> {
     task: &'a Task<'a>,
     request: &'a FitRequest,
     found: &'a PredictionError,
-    /// What the recordings are called.
+    /// Names of the recordings.
     recording_names: Vec<String>,
     train: Evaluation,
     valid: Option<Tested>,
@@ -222,8 +217,8 @@ impl Outcome<'_> {
         FilterProblem::new(self.task.system.as_model(), &self.task.p).states()
     }
 
-    /// What was measured and what was predicted one row ahead, and the innovations within ± 2 of the
-    /// standard deviations that the filter gives them; of recordings fitted to, then of those held out.
+    /// Measured values and one-step predictions, and the innovations with the band of ± 2 of the filter's standard
+    /// deviations; training recordings first, then validation recordings.
     fn figure(&self, problem: &PredictionErrorProblem<'_>) -> Result<Figure, WorkError> {
         let Self { task, request, found, .. } = self;
         let (mut subjects, mut panels) = (Vec::new(), Vec::new());
@@ -270,9 +265,10 @@ impl Outcome<'_> {
             .collect();
         let starts: Vec<Value> = (self.request.data.iter().enumerate())
             .map(|(r, path)| {
-                let own = found.estimates.iter().filter(|estimate| estimate.recording == Some(r));
+                let starts =
+                    found.estimates.iter().filter(|estimate| estimate.recording == Some(r));
                 let values: Map<String, Value> =
-                    own.map(|estimate| entry(signature, estimate)).collect();
+                    starts.map(|estimate| entry(signature, estimate)).collect();
                 json!({ "data": path.display().to_string(), "values": values })
             })
             .collect();
@@ -321,7 +317,7 @@ impl Outcome<'_> {
         result
     }
 
-    /// Names of what changes together without a change of the likelihood.
+    /// Names of estimates that can change together without changing the likelihood.
     fn undetermined(&self) -> Vec<Vec<String>> {
         let n = self.found.estimates.len();
         let sought_rates = (self.states().into_iter().zip(rates(self.task)))
@@ -389,7 +385,7 @@ impl Outcome<'_> {
         self.left_out.push_text(&mut text);
         self.task.few.push_text(&mut text);
         for together in self.undetermined() {
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ =
                 writeln!(text, "the data does not determine {}", together.join(" together with "));
         }
@@ -409,7 +405,7 @@ fn innovations(
     let Unit { symbol, factor, .. } = unit;
     let samples = recording.measured[i].as_deref().unwrap_or_default();
     let measured = samples.iter().map(|value| unit.from_si(*value)).collect();
-    // Of two rows with one time, the second has the innovation.
+    // Of two rows at one time, the second has the innovation.
     let positions = (0..recording.times.len())
         .filter(|k| recording.times.get(k + 1) != Some(&recording.times[*k]));
     let of_row = |(k, row): (usize, &Row)| match row.innovations[i] {
@@ -420,9 +416,9 @@ fn innovations(
         ],
         None => [f64::NAN; 3],
     };
-    let all: Vec<[f64; 3]> = positions.zip(rows).map(of_row).collect();
+    let values: Vec<[f64; 3]> = positions.zip(rows).map(of_row).collect();
     let times: Vec<f64> = rows.iter().map(|row| row.t).collect();
-    let column = |of: usize| all.iter().map(|row| row[of]).collect::<Vec<f64>>();
+    let column = |of: usize| values.iter().map(|row| row[of]).collect::<Vec<f64>>();
     let title = |what: &str| {
         Text::plain(what).then(Text::name(&output.name)).then(Text::plain(&format!(", {file}")))
     };
@@ -448,7 +444,7 @@ fn innovations(
     (subject, panel)
 }
 
-/// A level of noise for programs, `scale` times.
+/// A noise level multiplied by `scale`, for programs.
 fn level_entry(level: LevelEstimate, unit: &Unit, scale: f64) -> Value {
     let value = level.value * scale / unit.factor.abs();
     json!({

@@ -1,4 +1,4 @@
-//! Another method for a fit that came to values with which its own cannot begin a run.
+//! Another integration method for a fit whose values its own method cannot start from.
 
 use dgd_identify::{EstimateError, MultiStart, PointEnd, Recording, Termination, TrialFailure};
 use dgd_runtime::integrate::catalogue::{AUTOMATIC, METHODS, MethodKind};
@@ -7,8 +7,8 @@ use dgd_runtime::{Evaluation, IntegrateError, Options, Steps};
 use crate::request::Solve;
 use crate::session::Session;
 
-/// Options for a second fit from the same points, by a method that can begin any run: where no method was named,
-/// and the first fit ended because derivatives at the start of a run are not finite.
+/// Options for a second fit from the same points by a method that can start any run, if no method was named and the
+/// first fit ended because derivatives at the start of a run were not finite.
 pub(crate) fn options_of_refit(
     options: &Options,
     args: &Solve,

@@ -1,4 +1,4 @@
-//! By the estimators that do not simulate.
+//! Estimation without simulation, by regression.
 
 use std::path::PathBuf;
 
@@ -24,16 +24,16 @@ use crate::run::recording::Clock;
 
 pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkError> {
     let problem = regression_problem(task, request)?;
-    let by = |method| regress(&problem, method);
+    let regress_by = |method| regress(&problem, method);
     let mut followed = None;
     let fit = match request.regression.estimator {
-        Estimator::LeastSquares => by(RegressionMethod::LeastSquares),
-        Estimator::Bounded => by(RegressionMethod::Bounded),
-        Estimator::NelderMead => by(RegressionMethod::NelderMead),
+        Estimator::LeastSquares => regress_by(RegressionMethod::LeastSquares),
+        Estimator::Bounded => regress_by(RegressionMethod::Bounded),
+        Estimator::NelderMead => regress_by(RegressionMethod::NelderMead),
         Estimator::Separable
         | Estimator::OutputError
         | Estimator::Linearised
-        | Estimator::PredictionError => by(RegressionMethod::VariableProjection),
+        | Estimator::PredictionError => regress_by(RegressionMethod::VariableProjection),
         Estimator::Recursive if task.clock == Clock::Rows => Err(RegressionError::NotOverTime),
         Estimator::Recursive => {
             follow(&problem, &follow_options(&request.regression)).map(|found| {
@@ -72,7 +72,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     };
     let intervals = Intervals::of_profiles(profiles, profiled);
     intervals.push_left_out(&mut left_out, |i| fit.estimates[i].name.clone());
-    // Start values are fitted for it.
+    // This simulation fits initial values.
     let mut train = (!task.session.listener.is_stopped())
         .then(|| simulated(&task.train, &request.data))
         .flatten();
@@ -117,20 +117,20 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     })
 }
 
-/// What could be simulated with the estimates.
+/// The recordings that could be simulated with the estimates.
 fn simulated_traces(
     task: &Task<'_>,
     request: &FitRequest,
     of: [&Option<Result<Tested, String>>; 2],
 ) -> Vec<Trace> {
-    let of = of.map(|of| match of {
+    let evaluated = of.map(|of| match of {
         Some(Ok(tested)) => Some((&*tested.recordings, &tested.evaluation)),
         Some(Err(_)) | None => None,
     });
     page::traces::traces(
         task.system.signature(),
         [&request.data, &request.valid],
-        of,
+        evaluated,
         |_, _, _, _| None,
     )
 }
@@ -175,7 +175,7 @@ fn regression_problem<'a>(
     })
 }
 
-/// Reads `STATE=RATE`: the position of the unknown, and its rate in SI.
+/// Reads `STATE=RATE`: the index of the unknown, and its rate in SI.
 fn steady(task: &Task<'_>, text: &str) -> Result<(usize, f64), WorkError> {
     let unknowns = &task.system.signature().unknowns;
     let Some((name, rate)) = text.split_once('=') else {
@@ -198,7 +198,7 @@ fn steady(task: &Task<'_>, text: &str) -> Result<(usize, f64), WorkError> {
     }
 }
 
-/// The model with the estimates, simulated; `None` without recordings, or why it cannot be.
+/// The model simulated with the estimates; `None` without recordings, or the reason why it cannot be simulated.
 fn simulated(
     task: &Task<'_>,
     p: &[f64],
@@ -208,8 +208,8 @@ fn simulated(
     if recordings.is_empty() {
         return None;
     }
-    let at = OutputErrorProblem { p, recordings, ..task.problem() };
-    Some(task.simulated(&at, paths).map_err(|error| error.to_string()))
+    let problem = OutputErrorProblem { p, recordings, ..task.problem() };
+    Some(task.simulated(&problem, paths).map_err(|error| error.to_string()))
 }
 
 fn failed(task: &Task<'_>, request: &FitRequest, error: RegressionError) -> WorkError {

@@ -1,4 +1,4 @@
-//! What is to be fitted to what: the model and its recordings, and how they are tested.
+//! The set-up of a fit: the model, training and validation recordings, and the estimates.
 
 use std::path::PathBuf;
 
@@ -37,16 +37,16 @@ use crate::run::{
 };
 use crate::session::Session;
 
-/// Most evaluations of a model without states, which cost next to nothing.
+/// Most evaluations of a static model; they are cheap.
 const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
 
-/// What is to be fitted to what.
+/// The set-up of a fit.
 pub(super) struct Task<'s> {
     pub(super) compiled: Compiled,
     pub(super) sources: Sources,
     pub(super) options_of_model: ModelOptions,
     pub(super) system: Loaded,
-    /// Parameters as the model file and `--set` have them, SI.
+    /// Parameters from the model file and `--set`, SI.
     pub(super) p: Vec<f64>,
     pub(super) train: Vec<Recording>,
     pub(super) valid: Vec<Recording>,
@@ -56,13 +56,13 @@ pub(super) struct Task<'s> {
     /// Whether a file has rows without time.
     pub(super) clock: Clock,
     options: Options,
-    /// Who hears how far it is, and may stop it.
+    /// Receives progress, and may cancel.
     pub(super) session: Session<'s>,
-    /// Most simulations or evaluations, where the command line says so.
+    /// Most simulations or evaluations, if set on the command line.
     pub(super) evaluations: Option<usize>,
-    /// Simulations, profiles and refits, kept until all is written.
+    /// Simulations, profiles and refits, kept until all results are written.
     pub(super) journal: Option<RunJournal>,
-    /// Of the model, where something is kept.
+    /// Digest of the model, if there is a journal.
     digest: Digest,
     pub(super) provenance: Provenance,
 }
@@ -92,7 +92,7 @@ impl<'s> Task<'s> {
             let compilation = &mut compilation;
             recording::Recording::read_all(paths, renames, dae, Clock::Rows, compilation, session)
         };
-        // The error of the second call has the mistakes of both.
+        // The second error contains the mistakes of both files.
         let (train, valid) = (read(&request.data), read(&request.valid));
         let (valid, train) = (valid?, train?);
         let paths = request.data.iter().chain(&request.valid);
@@ -155,7 +155,7 @@ impl<'s> Task<'s> {
         let sources = compilation.sources;
         session.spare(&sources)?;
         let of_program = || Digest::EMPTY.of(&compiled.program);
-        // Whose estimator simulates, it takes long.
+        // Only the estimator that simulates takes long enough for a journal.
         let journal = if request.regression.estimator == Estimator::OutputError {
             let input = || of_program().of(&(&p, &train, &valid, &noise)).of(&options);
             keeping::journal(&request.keep, input, session)?
@@ -186,14 +186,14 @@ impl<'s> Task<'s> {
         })
     }
 
-    /// Has all recordings simulated by linear models.
+    /// Simulates all recordings with linear models from now on.
     pub(super) fn linearise(&mut self, place: LinearizeAt) {
         for recording in self.train.iter_mut().chain(&mut self.valid) {
             recording.linear = place.of(&recording.inputs, &recording.times);
         }
     }
 
-    /// Where the linear models were, and what the model itself makes of the estimates.
+    /// The operating points of the linear models, and the nonlinear model with the same estimates.
     pub(super) fn linearised(
         &self,
         place: LinearizeAt,
@@ -206,9 +206,9 @@ impl<'s> Task<'s> {
         let points = operating_points(problem, &fit.p, &fit.starts).map_err(failed)?;
         let model = nonlinear(problem, &fit.p, &fit.starts);
         if let Ok(model) = &model {
-            let mut all = request.data.iter().zip(&model.departures);
+            let mut departures = request.data.iter().zip(&model.departures);
             if let Some((path, departure)) =
-                all.find_map(|(path, found)| Some((path, found.as_ref()?)))
+                departures.find_map(|(path, found)| Some((path, found.as_ref()?)))
             {
                 return Err(WorkError::Found(linearised::other_mode(path, departure)));
             }
@@ -222,7 +222,7 @@ impl<'s> Task<'s> {
     pub(super) fn problem(&self) -> OutputErrorProblem<'_> {
         let parameters = self.compiled.dae.parameters.iter().enumerate();
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
-            // A uniform one is bounds.
+            // A uniform prior acts as bounds.
             let density = declared.prior.filter(|of| !matches!(of, PriorDensity::Uniform { .. }));
             density.map(|density| Prior::of(parameter, density))
         };
@@ -261,7 +261,7 @@ impl<'s> Task<'s> {
             .map_err(|error| self.failed(EstimateError::Start(error), paths))
     }
 
-    /// The validation recordings, simulated with start values from their beginnings.
+    /// The validation recordings, simulated with initial values estimated from their beginnings.
     pub(super) fn tested(
         &self,
         problem: &OutputErrorProblem<'_>,
@@ -280,8 +280,8 @@ impl<'s> Task<'s> {
         self.simulated(&held_out, &request.valid).map(Some)
     }
 
-    /// Validation recordings, or what is said where Ctrl-C came first: start values that were not fitted to
-    /// the end say nothing of the model.
+    /// Validation recordings, or a remark after Ctrl-C: before the fit of initial values has ended, the simulation says
+    /// nothing about the model.
     pub(super) fn tested_unless_stopped<T>(
         &self,
         request: &FitRequest,
@@ -290,7 +290,7 @@ impl<'s> Task<'s> {
     ) -> Result<Option<T>, WorkError> {
         let is_stopped = || self.session.listener.is_stopped();
         let tested = if is_stopped() { Ok(None) } else { tested() };
-        // One that was stopped on its way has failed as well.
+        // A cancelled simulation also returns an error.
         let valid = if is_stopped() { None } else { tested? };
         if is_stopped() && !request.valid.is_empty() {
             left_out.push("validation recordings were not simulated");
@@ -299,7 +299,7 @@ impl<'s> Task<'s> {
         Ok(valid)
     }
 
-    /// The recordings of a problem, simulated at its parameters with start values from their beginnings.
+    /// The recordings of a problem, simulated at its parameters with initial values estimated from their beginnings.
     pub(super) fn simulated(
         &self,
         held_out: &OutputErrorProblem<'_>,
@@ -307,7 +307,7 @@ impl<'s> Task<'s> {
     ) -> Result<Tested, WorkError> {
         let failed = |error| self.failed(error, paths);
         let mut recordings = held_out.recordings.to_vec();
-        // Without a state nothing has to be estimated, and all rows count.
+        // Without states nothing is estimated, and all rows count.
         if !self.compiled.dae.is_static() {
             let white = vec![NoiseCorrelation::NONE; held_out.noise.len()];
             for (recording, from) in recordings.iter_mut().zip(counts_from(held_out, &white)) {
@@ -322,15 +322,15 @@ impl<'s> Task<'s> {
         Ok(Tested { paths: paths.to_vec(), recordings, starts, evaluation })
     }
 
-    /// A sentence for each validation recording that the fit knows.
+    /// A sentence for each validation recording that is also a training recording.
     pub(super) fn repeated(&self, request: &FitRequest) -> Vec<String> {
-        let found = reservations::trained_on(&self.train, &self.valid);
-        let repeated = request.valid.iter().zip(found).filter_map(|(path, of)| Some((path, of?)));
-        let said = |(path, of): (&PathBuf, usize)| {
+        let sources = reservations::trained_on(&self.train, &self.valid);
+        let repeated = request.valid.iter().zip(sources).filter_map(|(path, of)| Some((path, of?)));
+        let sentence = |(path, of): (&PathBuf, usize)| {
             let (path, trained) = (path.display(), request.data[of].display());
             format!("{path} is {trained} again, at least half of it, so it tests nothing")
         };
-        repeated.map(said).collect()
+        repeated.map(sentence).collect()
     }
 
     pub(super) fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> WorkError {
@@ -387,7 +387,7 @@ impl<'s> Task<'s> {
         }
     }
 
-    /// Why the fit ended in no minimum.
+    /// Why the fit did not converge.
     pub(super) fn unconverged(&self, fit: &Fit, paths: &[PathBuf]) -> String {
         let reason = match fit.termination {
             Termination::Blocked => self.blocked(fit, paths),
@@ -398,7 +398,7 @@ impl<'s> Task<'s> {
         format!("{reason}{}", self.few.as_reason())
     }
 
-    /// The fit ended where simulations fail.
+    /// The sentence for a fit that ended where simulations fail.
     fn blocked(&self, fit: &Fit, paths: &[PathBuf]) -> String {
         let parameters = &self.system.signature().parameters;
         let reached: Vec<String> = fit
@@ -423,7 +423,7 @@ impl<'s> Task<'s> {
     }
 }
 
-/// The search ended where no step helps although the slope says that one should.
+/// The sentence for a search that ended where no step reduces the deviance although the gradient is not zero.
 fn stalled(fit: &Fit) -> String {
     if fit.samples_without_sensitivity > 0 {
         return format!(
@@ -439,14 +439,14 @@ fn stalled(fit: &Fit) -> String {
     )
 }
 
-/// The search ended on a plain among bounds.
+/// The sentence for a search that ended on a plateau between bounds.
 pub(super) fn flat(estimates: &[Estimate]) -> String {
-    let held = estimates.iter().filter(|estimate| estimate.at_bound.is_some());
-    let held: Vec<String> = held.map(|estimate| format!("`{}`", estimate.name)).collect();
-    let at_bounds = match held.len() {
+    let bound = estimates.iter().filter(|estimate| estimate.at_bound.is_some());
+    let bound: Vec<String> = bound.map(|estimate| format!("`{}`", estimate.name)).collect();
+    let at_bounds = match bound.len() {
         0 => String::new(),
-        1 => format!("with {} at its bound, ", held[0]),
-        _ => format!("with {} at their bounds, ", held.join(", ")),
+        1 => format!("with {} at its bound, ", bound[0]),
+        _ => format!("with {} at their bounds, ", bound.join(", ")),
     };
     format!(
         "{at_bounds}the outputs see nothing of the parameters where the search ended, so that nothing leads \
@@ -455,7 +455,7 @@ pub(super) fn flat(estimates: &[Estimate]) -> String {
     )
 }
 
-/// How much is estimated of so many recordings: each has start values of its own.
+/// Number of estimates for these recordings; each has initial values of its own.
 fn estimates(
     signature: &Signature,
     recordings: usize,
@@ -477,7 +477,7 @@ fn named(failed: &TrialFailed, paths: &[PathBuf]) -> String {
     }
 }
 
-/// Which outputs `--outputs` names; all where it names none.
+/// The outputs named by `--outputs`; all if it names none.
 fn used_outputs(
     compilation: &mut Compilation<'_>,
     compiled: &Compiled,

@@ -1,23 +1,23 @@
-//! Poles as a picture: the complex plane, with time constants for names.
+//! A plot of poles in the complex plane, labelled with time constants.
 
 use dgd_plot::{Figure, Panel, Series, Style, Text};
 use dgd_runtime::linearize::Pole;
 
 use crate::output::quantity::short;
 
-/// Poles that have names of their own, from the slowest on.
+/// Labelled poles, the slowest first.
 const MOST_NAMED: usize = 6;
-/// What is free on either side of the poles, and half the size of a cross: parts of the picture's width.
+/// Margin on either side of the poles, and half the size of a cross, relative to the plot's width.
 const MARGIN: f64 = 0.08;
 const ARM: f64 = 0.006;
-/// Width of the panel over its height.
+/// Aspect ratio of the panel, width over height.
 const SLENDER: f64 = 1.8;
-/// Poles so much faster than the slowest are left of the picture, where its scale would hide the slow ones.
+/// Poles faster than the slowest by more than this factor are left out, because their scale would hide the slow ones.
 const MOST_FASTER: f64 = 1000.0;
 
-/// The poles in the complex plane. `conserved` of those at zero belong to what is conserved.
+/// The poles in the complex plane. `conserved` of those at zero belong to conserved quantities.
 pub(super) fn poles(title: &str, poles: &[Pole], conserved: usize) -> Figure {
-    // One of each pair stands for both.
+    // One pole of each conjugate pair stands for both.
     let mut shown: Vec<Pole> = poles.iter().copied().filter(|pole| pole.im >= 0.0).collect();
     shown.sort_by(|a, b| a.frequency().total_cmp(&b.frequency()));
     let is_zero = |pole: &Pole| pole.im == 0.0 && pole.is_on_axis();
@@ -56,7 +56,7 @@ pub(super) fn poles(title: &str, poles: &[Pole], conserved: usize) -> Figure {
     Figure::new(Text::plain("Real part").with_unit("1/s"), vec![panel])
 }
 
-/// The part of the plane that is drawn.
+/// The visible part of the plane.
 struct Frame {
     left: f64,
     right: f64,
@@ -77,7 +77,7 @@ impl Frame {
         Frame { left: least - MARGIN * width, right: most + MARGIN * width, height: 1.2 * height }
     }
 
-    /// Both axes: disturbances fade whose poles are left of the imaginary one.
+    /// Both axes; poles left of the imaginary axis are stable.
     fn axes(&self) -> Series {
         let x = vec![0.0, 0.0, f64::NAN, self.left, self.right];
         let y = vec![-self.height, self.height, f64::NAN, 0.0, 0.0];
@@ -99,7 +99,7 @@ impl Frame {
     }
 }
 
-/// What a pole means in time: `69 s`, `0.74 s, period 2.1 s`.
+/// The time constant of a pole: `69 s`, `0.74 s, period 2.1 s`.
 fn name(pole: &Pole) -> String {
     let time = || duration(pole.time_constant().abs());
     match (pole.is_on_axis(), pole.period()) {
@@ -123,7 +123,7 @@ fn span(poles: &[Pole]) -> String {
     if first == last { first } else { format!("{first} to {last}") }
 }
 
-/// A time in the unit in which people would say it.
+/// A time in a readable unit.
 fn duration(seconds: f64) -> String {
     let (factor, unit) = match seconds {
         s if s < 1e-4 => (1e-6, "µs"),
@@ -146,28 +146,29 @@ mod tests {
 
     #[test]
     fn times_are_said_as_people_say_them() {
-        let said: Vec<String> = [3e-6, 0.02, 0.74, 69.1, 150.0, 9000.0, 1e6].map(duration).into();
-        assert_eq!(said, ["3 µs", "20 ms", "0.74 s", "69 s", "2.5 min", "2.5 h", "12 days"]);
+        let durations: Vec<String> =
+            [3e-6, 0.02, 0.74, 69.1, 150.0, 9000.0, 1e6].map(duration).into();
+        assert_eq!(durations, ["3 µs", "20 ms", "0.74 s", "69 s", "2.5 min", "2.5 h", "12 days"]);
     }
 
     #[test]
     fn each_pole_is_named_by_its_time_and_a_pair_is_drawn_twice() {
-        let all =
+        let plane =
             [pole(0.0, 0.0), pole(-0.01, 0.0), pole(-1.0, 3.0), pole(-1.0, -3.0), pole(-1e6, 0.0)];
-        let figure = poles("loop", &all, 1);
+        let figure = poles("loop", &plane, 1);
         let series = &figure.panels[0].series;
         let names: Vec<&Text> = series.iter().map(|series| &series.name).collect();
         let expected = ["0, conserved", "100 s", "1 s, period 2.1 s", "axes", "1 outside, 1 µs"];
         assert_eq!(names, expected.map(Text::plain).iter().collect::<Vec<_>>());
-        // The middles of two crosses.
+        // The midpoints of two crosses.
         let middle = |k: usize| {
-            let own = &series[2];
-            (0.5 * (own.x[k] + own.x[k + 1]), 0.5 * (own.y[k] + own.y[k + 1]))
+            let crosses = &series[2];
+            (0.5 * (crosses.x[k] + crosses.x[k + 1]), 0.5 * (crosses.y[k] + crosses.y[k + 1]))
         };
         assert!([middle(0), middle(3)] == [(-1.0, 3.0); 2], "{:?}", middle(0));
         assert!([middle(6), middle(9)] == [(-1.0, -3.0); 2], "{:?}", middle(6));
         assert!(series[4].x.is_empty());
-        // The imaginary axis is as high as the pair, and the real one reaches it.
+        // The imaginary axis spans the pair, and the real one reaches it.
         assert!(series[3].y[1] > 3.0 && series[3].x[3] < -1.0);
     }
 }

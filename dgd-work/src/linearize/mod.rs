@@ -1,4 +1,4 @@
-//! The linear model close to a point of a run, or to a steady state.
+//! The linear model at a point of a run, or at a steady state.
 
 mod figure;
 mod page;
@@ -18,7 +18,7 @@ use crate::session::Session;
 
 pub use report::{Linearised, modes};
 
-/// Makes the linear model close to a point.
+/// Linearises the model at a point.
 ///
 /// # Errors
 ///
@@ -77,7 +77,7 @@ fn failed(error: impl ToString) -> WorkError {
     WorkError::Computation(error.to_string())
 }
 
-/// Explains why no steady state was found and, where that helps, what to try instead.
+/// Explains why no steady state was found and, if it helps, what to try instead.
 #[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]
 fn no_rest(error: SteadyStateError) -> WorkError {
     let instead = match error {
@@ -87,12 +87,12 @@ fn no_rest(error: SteadyStateError) -> WorkError {
     WorkError::Computation(format!("{error}{instead}"))
 }
 
-/// The run that ends at the point.
+/// The request of a run that ends at the point.
 fn run_request(request: &LinearizeRequest) -> RunRequest {
     let LinearizeRequest { model, choices, data, at, solve } = request;
     let until = match at {
         LinearizeAt::Time(t) => Some(*t),
-        // Without data nothing else says when the first time is, which is all that matters.
+        // Without data the start time would be unknown; only that matters here.
         LinearizeAt::Steady | LinearizeAt::Mean => {
             data.is_none().then(|| solve.from.unwrap_or(0.0))
         }

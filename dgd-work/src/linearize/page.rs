@@ -9,7 +9,7 @@ use super::Linearised;
 use crate::output::page::{name, number, origin, unit, words};
 use crate::output::quantity::short;
 
-/// Matrices of a linear model, and what their rows and columns are called in its result.
+/// Matrices of a linear model, and the keys of their rows and columns in its result.
 const MATRICES: [(&str, &str, &str, &str); 4] = [
     ("A", "slopes of the states by the states", "states", "states"),
     ("B", "slopes of the states by the inputs", "states", "inputs"),
@@ -17,11 +17,11 @@ const MATRICES: [(&str, &str, &str, &str); 4] = [
     ("D", "outputs by the inputs", "outputs", "inputs"),
 ];
 
-/// Rows and columns of the largest matrix that is shown.
+/// Largest number of rows or columns shown.
 const MOST_SHOWN: usize = 24;
 
 impl Linearised {
-    /// Its page, which says what command makes it again.
+    /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
         let json = self.to_json();
         let model = json["model"].as_str().unwrap_or_default();
@@ -83,7 +83,7 @@ fn poles(json: &Value) -> Markup {
 }
 
 fn point(json: &Value) -> Markup {
-    // At rest slopes are rounding.
+    // At a steady state, slopes are rounding errors.
     let is_rest = json["steady"] == true;
     let head = ["name", "is", "value", "unit", "slope, unit/s"];
     let head = if is_rest { &head[..4] } else { &head[..] };

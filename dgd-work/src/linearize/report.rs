@@ -1,4 +1,4 @@
-//! What a linear model is, for people and for programs.
+//! A linear model, as text and JSON.
 
 use std::fmt::Write as _;
 use std::io;
@@ -20,19 +20,19 @@ use crate::output::quantity::of_differences;
 use crate::output::table::{exact, push_table, significant};
 use crate::request::LinearizeAt;
 
-/// Digits of what is shown.
+/// Significant digits of printed values.
 const DIGITS: usize = 6;
 /// Characters in a line of a matrix.
 const WIDTH: usize = 110;
-/// Rows and columns of the largest matrix that is shown.
+/// Largest number of rows or columns shown.
 const MOST_SHOWN: usize = 24;
 
-/// Something with a value at the point.
+/// A quantity and its value at the point.
 #[derive(Debug, Clone)]
 struct Quantity {
     name: String,
     unit: Unit,
-    /// At the point, SI.
+    /// Value at the point, SI.
     value: f64,
 }
 
@@ -45,7 +45,7 @@ impl Quantity {
         format!("{} [{}]", self.name, of_differences(&self.unit).symbol)
     }
 
-    /// Its derivative to time.
+    /// Its time derivative.
     fn rate(&self, value: f64) -> Self {
         let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
         let unit = quotient(&of_differences(&self.unit), &seconds);
@@ -53,7 +53,7 @@ impl Quantity {
     }
 }
 
-/// A matrix, with what its rows and columns are about.
+/// A matrix with the quantities of its rows and columns.
 struct Matrix<'a> {
     name: &'static str,
     about: &'static str,
@@ -67,7 +67,7 @@ impl Matrix<'_> {
     /// An entry in the declared units.
     fn value(&self, i: usize, j: usize) -> f64 {
         let value = self.entries[(i, j)] * self.columns[j].unit.factor / self.rows[i].unit.factor;
-        // No zero with a sign.
+        // Turns −0 into 0.
         value + 0.0
     }
 
@@ -107,8 +107,9 @@ impl Matrix<'_> {
             let mut width = stub;
             let mut until = from;
             while until < n {
-                let own = columns[until].iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
-                width += own + 2;
+                let column_width =
+                    columns[until].iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
+                width += column_width + 2;
                 if width > WIDTH && until > from {
                     break;
                 }
@@ -129,7 +130,7 @@ impl Matrix<'_> {
 /// A linear model in declared units.
 #[derive(Debug, Clone)]
 pub struct Linearised {
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
     signature: Signature,
     place: LinearizeAt,
@@ -138,19 +139,19 @@ pub struct Linearised {
     poles: Poles,
     states: Vec<Quantity>,
     rates: Vec<Quantity>,
-    /// With their rows; without what the model does not have: how far it slides is among the modes.
+    /// Eliminated unknowns with their rows, without the shares of sliding modes, which `modes` reports.
     eliminated: Vec<(Quantity, usize)>,
     channels: Vec<Quantity>,
     late: Vec<Quantity>,
-    /// What acts late, as it is now.
+    /// Delayed terms, at their current values.
     sources: Vec<Quantity>,
     outputs: Vec<Quantity>,
-    /// What was held while the steady state was looked for.
+    /// Quantities held constant in the search for the steady state.
     conserved: Vec<Held>,
 }
 
 impl Linearised {
-    /// The same, at a steady state where this was held.
+    /// The same model, at a steady state found with these quantities held.
     pub(super) fn holding(self, conserved: Vec<Held>) -> Self {
         Self { conserved, ..self }
     }
@@ -180,17 +181,17 @@ impl Linearised {
         };
         let channel = |(channel, value): (&Channel, &f64)| {
             let unit = signature.inputs[channel.input()].unit.clone();
-            let own = |tau| Quantity {
+            let delayed = |tau| Quantity {
                 name: late_input(channel.input(), tau),
                 unit: unit.clone(),
                 value: *value,
             };
             match *channel {
-                Channel::Input(_) => own(0.0),
-                Channel::Late { tau, .. } => own(tau),
+                Channel::Input(_) => delayed(0.0),
+                Channel::Late { tau, .. } => delayed(tau),
                 Channel::Slope { tau, .. } => {
-                    let own = own(tau);
-                    Quantity { name: format!("der({})", own.name), ..own.rate(*value) }
+                    let delayed = delayed(tau);
+                    Quantity { name: format!("der({})", delayed.name), ..delayed.rate(*value) }
                 }
             }
         };
@@ -250,9 +251,9 @@ fn of_stability(stability: Stability) -> Value {
     }
 }
 
-/// What was so long ago.
+/// The name of a delayed value.
 fn late_name(name: &str, tau: f64) -> String {
-    // A delay that varies has many digits.
+    // A variable delay has many digits.
     let tau: f64 = significant(tau, DIGITS).parse().unwrap_or(tau);
     format!("{name}(t - {tau} s)")
 }
@@ -278,16 +279,16 @@ impl Linearised {
         &self.at
     }
 
-    /// The matrices that have entries.
+    /// The nonempty matrices.
     fn matrices(&self) -> Vec<Matrix<'_>> {
         let StateSpace { a, b, c, d, late_a, late_c, late_x, late_u, late_v, .. } = &self.system;
         let Self { states, rates, channels, late, sources, outputs, .. } = self;
-        // Of a state that acts late there is nothing to say.
+        // A delayed state has no entry of its own.
         let of_states = self.system.late.iter();
         let all_states =
             of_states.map(|late| late.unknown).all(|i| self.system.states.contains(&i));
         let sources: &[Quantity] = if all_states { &[] } else { sources };
-        let all: [(_, _, &[Quantity], &[Quantity], _); 9] = [
+        let matrices: [(_, _, &[Quantity], &[Quantity], _); 9] = [
             ("A", "slopes of the states by the states", rates, states, a),
             ("B", "slopes of the states by the inputs", rates, channels, b),
             ("C", "outputs by the states", outputs, states, c),
@@ -300,7 +301,7 @@ impl Linearised {
         ];
         let matrix =
             |(name, about, rows, columns, entries)| Matrix { name, about, rows, columns, entries };
-        all.into_iter().map(matrix).collect()
+        matrices.into_iter().map(matrix).collect()
     }
 
     /// Modes, and the sides of switches and bounds.
@@ -308,10 +309,10 @@ impl Linearised {
         modes(&self.signature, &self.at)
     }
 
-    /// Outputs that are read late, and by how much.
+    /// Delayed outputs, and their delays.
     fn late_outputs(&self) -> impl Iterator<Item = (&Quantity, f64)> {
-        let all = self.outputs.iter().zip(self.system.output_delays.iter().copied());
-        all.filter(|(_, tau)| *tau != 0.0)
+        let outputs = self.outputs.iter().zip(self.system.output_delays.iter().copied());
+        outputs.filter(|(_, tau)| *tau != 0.0)
     }
 
     /// Tables.
@@ -343,7 +344,7 @@ impl Linearised {
             ]
         };
         if !self.states.is_empty() {
-            // At rest slopes are rounding.
+            // At a steady state, slopes are rounding errors.
             let columns = if self.place.is_rest() { 3 } else { 5 };
             let heads = ["state", "value", "unit", "slope", ""].map(str::to_owned);
             let mut table = vec![heads[..columns].to_vec()];
@@ -397,7 +398,7 @@ impl Linearised {
         let heads = ["pole", "", "time constant", "damping", "period", ""];
         let mut table = vec![heads.map(str::to_owned)];
         let mut conserved = self.conserved.iter();
-        // One line for a pair.
+        // One line for a conjugate pair.
         for pole in self.poles.poles.iter().filter(|pole| pole.im >= 0.0) {
             let im = if pole.im == 0.0 {
                 String::new()
@@ -443,7 +444,7 @@ impl Linearised {
         }
     }
 
-    /// Whether disturbances fade that leave what is conserved as it is.
+    /// Stability with respect to disturbances that do not change conserved quantities.
     fn stability_otherwise(&self) -> Stability {
         let mut others = self.poles.clone();
         let mut zeros = self.conserved.len();
@@ -475,27 +476,27 @@ impl Linearised {
             quantity
         });
         let channels = self.channels.iter().zip(&self.system.channels).map(|(own, channel)| {
-            let mut own = entry(own);
+            let mut result = entry(own);
             let (delay, is_slope) = match *channel {
                 Channel::Input(_) => (0.0, false),
                 Channel::Late { tau, .. } => (tau, false),
                 Channel::Slope { tau, .. } => (tau, true),
             };
-            own["input"] = json!(self.signature.inputs[channel.input()].name);
-            own["delay"] = json!(delay);
-            own["slope"] = json!(is_slope);
-            own
+            result["input"] = json!(self.signature.inputs[channel.input()].name);
+            result["delay"] = json!(delay);
+            result["slope"] = json!(is_slope);
+            result
         });
         let late = self.late.iter().zip(&self.system.late).map(|(own, late)| {
-            let mut own = entry(own);
-            own["unknown"] = json!(self.signature.unknowns.name(late.unknown));
-            own["delay"] = json!(late.tau);
-            own
+            let mut result = entry(own);
+            result["unknown"] = json!(self.signature.unknowns.name(late.unknown));
+            result["delay"] = json!(late.tau);
+            result
         });
         let outputs = self.outputs.iter().zip(&self.system.output_delays).map(|(own, tau)| {
-            let mut own = entry(own);
-            own["delay"] = json!(tau);
-            own
+            let mut result = entry(own);
+            result["delay"] = json!(tau);
+            result
         });
         let modes = self.modes().map(|(name, mode)| json!({ "modes": name, "mode": mode }));
         let poles = self.poles.poles.iter().map(|pole: &Pole| {
@@ -507,7 +508,7 @@ impl Linearised {
                 "period": pole.period(),
             })
         });
-        let mut all = json!({
+        let mut result = json!({
             "model": self.signature.name,
             "t": self.at.t,
             "steady": self.place.is_rest(),
@@ -519,17 +520,17 @@ impl Linearised {
             "modes": modes.collect::<Vec<_>>(),
         });
         for matrix in self.matrices() {
-            all[matrix.name] = matrix.to_json();
+            result[matrix.name] = matrix.to_json();
         }
-        all["poles"] = json!(poles.collect::<Vec<_>>());
-        all["all_poles"] = json!(self.poles.complete);
-        all["stable"] = of_stability(self.poles.stability());
+        result["poles"] = json!(poles.collect::<Vec<_>>());
+        result["all_poles"] = json!(self.poles.complete);
+        result["stable"] = of_stability(self.poles.stability());
         if !self.conserved.is_empty() {
-            all["conserved"] = self.conserved.iter().map(Held::to_json).collect();
-            all["stable_otherwise"] = of_stability(self.stability_otherwise());
+            result["conserved"] = self.conserved.iter().map(Held::to_json).collect();
+            result["stable_otherwise"] = of_stability(self.stability_otherwise());
         }
-        self.provenance.push_json(&mut all);
-        all
+        self.provenance.push_json(&mut result);
+        result
     }
 
     /// A line for each entry of each matrix.

@@ -1,4 +1,4 @@
-//! Effect files: where they lie, and how the command line names them.
+//! Effect files: their location, and their names on the command line.
 //!
 //! | `--apply` | file |
 //! |---|---|
@@ -6,7 +6,7 @@
 //! | `NAME` | `effects/NAME.dgd` beside the model, or the one file of the folder `effects/NAME/` |
 //! | `NAME/FORM` | `effects/NAME/FORM.dgd` |
 //!
-//! Any of them may have arguments behind it: `'NAME(q)'`.
+//! Each may be followed by arguments: `'NAME(q)'`.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -22,13 +22,13 @@ use dgd_data::open::{Entry, read_import};
 use crate::error::WorkError;
 use crate::model::{Compilation, read_model};
 
-/// The folder in which a model's effects lie.
+/// The folder of a model's effects.
 pub const FOLDER: &str = "effects";
 
-/// The ending of the files.
+/// File extension of effects.
 const ENDING: &str = "dgd";
 
-/// An effect that is asked for, with its arguments.
+/// A requested effect, with its arguments.
 #[derive(Debug)]
 pub(crate) struct Asked {
     effect: Effect,
@@ -42,7 +42,7 @@ impl Asked {
     }
 }
 
-/// Reads what one `--apply` asks for; its words lie in the source `argument`.
+/// Reads the argument of an `--apply`, stored as the source `argument`.
 pub(crate) fn asked(
     model: &Path,
     argument: SourceId,
@@ -68,7 +68,7 @@ pub(crate) fn asked(
 ///
 /// # Errors
 ///
-/// [`Reported`] where a file cannot be read or is not an effect; the others have been looked at as well.
+/// [`Reported`] if a file cannot be read or is not an effect; the others are checked as well.
 pub fn load_folder(
     files: &dyn FileSystem,
     folder: &Path,
@@ -103,13 +103,13 @@ pub fn load_folder(
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Applicable {
-    /// As `--apply` takes it: `NAME`, or `NAME/FORM` where there are several forms.
+    /// Its argument for `--apply`: `NAME`, or `NAME/FORM` if there are several forms.
     pub name: String,
-    /// What its text says of it.
+    /// Its documentation.
     pub doc: String,
 }
 
-/// The effects beside a model that are for it and need no arguments, in order of name. What cannot be read is left out.
+/// The effects beside a model that are for it and need no arguments, by name. Unreadable files are skipped.
 pub fn applicable(files: &dyn FileSystem, path: &Path, model: &str) -> Vec<Applicable> {
     let one = |(name, file): (String, PathBuf)| {
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
@@ -126,7 +126,7 @@ pub fn applicable(files: &dyn FileSystem, path: &Path, model: &str) -> Vec<Appli
     effect_files(files, &folder_of(path)).into_iter().filter_map(one).collect()
 }
 
-/// The model that an effect is for, where it lies as expected: above the folder of effects.
+/// The model of an effect, if it is at the usual place, above the folder of effects.
 pub(crate) fn model_of(files: &dyn FileSystem, path: &Path, effect: &Effect) -> Option<PathBuf> {
     let Target::Model(name) = &effect.target else { return None };
     let file = format!("{}.{ENDING}", name.text);
@@ -140,7 +140,7 @@ pub(crate) fn folder_of(model: &Path) -> PathBuf {
     model.parent().unwrap_or_else(|| Path::new("")).join(FOLDER)
 }
 
-/// The tree of a file.
+/// The syntax tree of a file.
 pub(crate) fn parsed(
     path: &Path,
     compilation: &mut Compilation<'_>,
@@ -163,30 +163,30 @@ fn words(text: &str, source: SourceId) -> Result<(&str, Vec<Name>), WorkError> {
     };
     let inside = rest.trim_end().strip_suffix(')').ok_or_else(wrong)?;
     let mut arguments = Vec::new();
-    let mut at = file.len() + 1;
+    let mut position = file.len() + 1;
     for part in inside.split(',') {
         let name = part.trim();
         if name.is_empty() || name.contains(['(', ')']) {
             return Err(wrong());
         }
-        let start = at + (part.len() - part.trim_start().len());
-        let place = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+        let start = position + (part.len() - part.trim_start().len());
+        let place = |position: usize| u32::try_from(position).unwrap_or(u32::MAX);
         let span = Span { source, start: place(start), end: place(start + name.len()) };
         arguments.push(Name { text: name.to_owned(), span });
-        at += part.len() + 1;
+        position += part.len() + 1;
     }
     Ok((file.trim(), arguments))
 }
 
-/// The file that a word of the command line means.
+/// The file for a word of the command line.
 fn path_of(files: &dyn FileSystem, model: &Path, word: &str) -> Result<PathBuf, WorkError> {
-    let given = Path::new(word);
-    if given.extension().is_some_and(|ending| ending == ENDING) {
-        return Ok(given.to_owned());
+    let path = Path::new(word);
+    if path.extension().is_some_and(|ending| ending == ENDING) {
+        return Ok(path.to_owned());
     }
     let folder = folder_of(model);
-    let all = effect_files(files, &folder);
-    let forms: Vec<&(String, PathBuf)> = all
+    let effects = effect_files(files, &folder);
+    let forms: Vec<&(String, PathBuf)> = effects
         .iter()
         .filter(|(name, _)| name == word || name.split('/').next() == Some(word))
         .collect();
@@ -205,15 +205,16 @@ fn path_of(files: &dyn FileSystem, model: &Path, word: &str) -> Result<PathBuf, 
         }
     }
     let shown = folder.display();
-    let families = all.iter().filter_map(|(name, _)| name.split('/').next());
-    let names: BTreeSet<&str> = all.iter().map(|(name, _)| name.as_str()).chain(families).collect();
+    let families = effects.iter().filter_map(|(name, _)| name.split('/').next());
+    let names: BTreeSet<&str> =
+        effects.iter().map(|(name, _)| name.as_str()).chain(families).collect();
     let mut begun = names.iter().copied().filter(|name| name.starts_with(word));
     let only = begun.next().filter(|_| begun.next().is_none());
     let hint = match only.or_else(|| suggestion(word, names.iter().copied())) {
         Some(near) => format!("did you mean `{near}`?"),
         None if names.is_empty() => "there are no effects".to_owned(),
         None => {
-            let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
+            let names: Vec<&str> = effects.iter().map(|(name, _)| name.as_str()).collect();
             format!("there is `{}`", names.join("`, `"))
         }
     };
@@ -222,24 +223,24 @@ fn path_of(files: &dyn FileSystem, model: &Path, word: &str) -> Result<PathBuf, 
 
 /// The effect files of a folder and of the folders in it, by name, in order: `NAME` or `NAME/FORM`.
 fn effect_files(files: &dyn FileSystem, folder: &Path) -> Vec<(String, PathBuf)> {
-    let mut all = Vec::new();
+    let mut effects = Vec::new();
     for entry in files.entries(folder) {
         let Some(name) = entry.path.file_stem().and_then(|name| name.to_str()) else { continue };
         if is_effect_file(&entry) {
-            all.push((name.to_owned(), entry.path));
+            effects.push((name.to_owned(), entry.path));
             continue;
         }
         for form in files.entries(&entry.path).into_iter().filter(is_effect_file) {
             if let Some(form_name) = form.path.file_stem().and_then(|name| name.to_str()) {
-                all.push((format!("{name}/{form_name}"), form.path));
+                effects.push((format!("{name}/{form_name}"), form.path));
             }
         }
     }
-    all.sort();
-    all
+    effects.sort();
+    effects
 }
 
-/// A file that is not regular is refused when it is read, with the reason.
+/// Whether an entry looks like an effect file. Reading one that is not a regular file fails with a reason.
 fn is_effect_file(entry: &Entry) -> bool {
     entry.path.extension().is_some_and(|ending| ending == ENDING) && !entry.is_folder
 }

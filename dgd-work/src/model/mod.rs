@@ -1,4 +1,4 @@
-//! From a path and the choices of the command line to a compiled model.
+//! Loads a compiled model from a path and the choices of the command line.
 
 pub(crate) mod effects;
 pub(crate) mod sets;
@@ -21,21 +21,21 @@ use crate::output::provenance;
 use crate::request::{Choices, Sought};
 use crate::session::Session;
 
-/// A compiled model and the texts it came from.
+/// A compiled model and its source texts.
 #[non_exhaustive]
 pub struct LoadedModel {
     /// Every stage of the compiler.
     pub compiled: Compiled,
-    /// The texts: of the model, its imports and effects.
+    /// The source texts of the model, its imports and effects.
     pub sources: Sources,
-    /// Digest of what it was compiled from.
+    /// Digest of the source texts.
     pub digest: String,
-    /// What effects made of the trees that were read; nothing where none was applied.
+    /// The syntax trees after effects were applied; `None` without effects.
     pub changed: Option<Changed>,
 }
 
 impl LoadedModel {
-    /// Of the texts that were read so far.
+    /// A model compiled from the texts read so far.
     pub(crate) fn new(compiled: Compiled, sources: Sources, changed: Option<Changed>) -> Self {
         LoadedModel { digest: provenance::of_model(&sources), compiled, sources, changed }
     }
@@ -44,42 +44,42 @@ impl LoadedModel {
 /// Trees to which effects were applied.
 #[non_exhaustive]
 pub struct Changed {
-    /// As read: the model, then its libraries.
+    /// The original trees: the model, then its libraries.
     pub before: Vec<Ast>,
-    /// With the effects.
+    /// The trees with the effects applied.
     pub applied: Applied,
 }
 
 impl Changed {
-    /// The changed model as a text; `sources` are those that it came with.
+    /// The changed model as text; `sources` are its sources.
     pub fn text(&self, sources: &Sources) -> String {
         let Applied { asts, brought } = &self.applied;
         write(&self.before[0], &asts[0], brought, sources)
     }
 }
 
-/// What is being compiled, while mistakes are collected.
+/// A compilation in progress, which collects diagnostics.
 pub(crate) struct Compilation<'a> {
     pub files: &'a dyn FileSystem,
     pub sources: Sources,
     pub diagnostics: Diagnostics,
 }
 
-/// The trees of a model and its libraries, and what effects changed in them.
+/// The syntax trees of a model and its libraries, and the changes by effects.
 type Read = (Vec<Ast>, Option<Changed>);
 
 impl<'a> Compilation<'a> {
-    /// Of what lies among these files.
+    /// A compilation that reads these files.
     pub(crate) fn new(files: &'a dyn FileSystem) -> Self {
         Compilation { files, sources: Sources::default(), diagnostics: Diagnostics::default() }
     }
 
-    /// Ends the compilation because of what was reported.
+    /// Ends the compilation with the collected diagnostics.
     pub(crate) fn fail(self, _: Reported) -> WorkError {
         WorkError::diagnosed(&self.diagnostics, self.sources)
     }
 
-    /// Words of the command line as a source of their own, so that diagnostics can point there.
+    /// Registers an argument of the command line as a source, so that diagnostics can point to it.
     pub(crate) fn argument(&mut self, flag: &str, text: &str) -> SourceId {
         self.sources.add(Source { name: format!("({flag})"), text: text.to_owned() })
     }
@@ -125,7 +125,7 @@ impl<'a> Compilation<'a> {
         Ok(options)
     }
 
-    /// The syntax and the meaning of a model's text that is or could be in a file.
+    /// Parses and resolves a model text that is or could be in a file.
     pub(crate) fn resolve(
         &mut self,
         path: &Path,
@@ -140,7 +140,7 @@ impl<'a> Compilation<'a> {
         Ok((asts, model))
     }
 
-    /// Reads a model file and what it imports, and applies effects to it.
+    /// Reads a model file and its imports, and applies effects to it.
     pub(crate) fn read(
         &mut self,
         path: &Path,
@@ -155,8 +155,8 @@ impl<'a> Compilation<'a> {
         let mut wanted = Vec::with_capacity(apply.len());
         for text in apply {
             let argument = self.argument("--apply", text);
-            let asked = asked(path, argument, self)?;
-            wanted.extend(asked.ok());
+            let effect = asked(path, argument, self)?;
+            wanted.extend(effect.ok());
         }
         let asts =
             match sound_before.and(asts).and_then(|asts| self.diagnostics.check().map(|()| asts)) {
@@ -169,8 +169,8 @@ impl<'a> Compilation<'a> {
         Ok(applied.map(|applied| (applied.asts.clone(), Some(Changed { before: asts, applied }))))
     }
 
-    /// Compiles a model file whose text with effects is a source of its own, so that places in the
-    /// compiled model are places in one text.
+    /// Compiles a model file whose text with effects is a source of its own, so that spans in the compiled model refer
+    /// to one text.
     pub(crate) fn compile_text(
         &mut self,
         path: &Path,
@@ -190,7 +190,7 @@ impl<'a> Compilation<'a> {
         })
     }
 
-    /// Compiles the text of a model as that of a file.
+    /// Compiles a text as if it were in a model file.
     pub(crate) fn compile_source(
         &mut self,
         path: &Path,
@@ -205,7 +205,7 @@ impl<'a> Compilation<'a> {
         compile_asts(asts, options, directions, &mut self.diagnostics)
     }
 
-    /// Compiles a model file, with effects where some are asked for.
+    /// Compiles a model file, with the requested effects.
     pub(crate) fn compile(
         &mut self,
         path: &Path,
@@ -222,7 +222,7 @@ impl<'a> Compilation<'a> {
     }
 }
 
-/// Compiles a model with variants, settings and effects; sensitivities are those to `directions`.
+/// Compiles a model with variants, settings and effects, and with sensitivities to `directions`.
 ///
 /// # Errors
 ///
@@ -241,8 +241,8 @@ pub fn load(
     }
 }
 
-/// Digest of all texts that a model is made of: its own, what it imports, effects that are applied, and those of further
-/// folders. One that cannot be read, or has mistakes, has the digest of what was read of it.
+/// Digest of all texts of a model: its own, its imports, the applied effects, and those of further folders. For a model
+/// that cannot be read, or has mistakes, the digest covers the part that was read.
 pub fn digest_of_texts(
     path: &Path,
     apply: &[String],
@@ -250,7 +250,7 @@ pub fn digest_of_texts(
     files: &dyn FileSystem,
 ) -> String {
     let mut compilation = Compilation::new(files);
-    // Whoever runs it reports what is wrong.
+    // The caller that runs the model reports mistakes.
     let _ = compilation.read(path, apply);
     let Compilation { sources, diagnostics, .. } = &mut compilation;
     for folder in folders {

@@ -1,4 +1,4 @@
-//! Sets of parameters and start values: one for each row of a table.
+//! Sets of parameters and initial values: one for each row of a table.
 
 use std::path::Path;
 
@@ -10,9 +10,9 @@ use dgd_data::{FileSystem, Reading, Table, select};
 /// One set, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Set {
-    /// All parameters: those of the model where the table says nothing.
+    /// All parameters; those of the model if the table has none.
     pub p: Vec<f64>,
-    /// Start values that replace the model's, by position of the unknown.
+    /// Initial values that replace the model's, by index of the unknown.
     pub start: Vec<(usize, f64)>,
 }
 
@@ -24,8 +24,7 @@ pub(crate) struct Sets {
     pub(crate) digest: Option<u128>,
 }
 
-/// Reads sets; columns are parameters, and states for their start values. A cell without a value
-/// leaves what the model says.
+/// Reads sets; columns are parameters, and states for their initial values. An empty cell keeps the value of the model.
 pub(crate) fn read(
     files: &dyn FileSystem,
     path: &Path,

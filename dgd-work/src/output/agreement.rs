@@ -1,4 +1,4 @@
-//! How far what is simulated agrees with what was measured.
+//! Agreement between simulation and measurement.
 //!
 //! ```text
 //!   e = measured − simulated      fit = 100 (1 − ‖e‖/‖y − ȳ‖) %
@@ -6,7 +6,7 @@
 //!
 //! Source of the fit: Ljung, System Identification Toolbox, `compare`.
 
-/// One output, in the unit of the numbers.
+/// Agreement of one output, in the unit of the numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Agreement {
     /// Samples that were compared.
@@ -15,12 +15,12 @@ pub(crate) struct Agreement {
     pub rms: f64,
     /// Mean of e.
     pub bias: f64,
-    /// Ljung's fit, %; none where what was measured does not change.
+    /// Ljung's fit, %; none if the measurements are constant.
     pub fit_percent: Option<f64>,
 }
 
 impl Agreement {
-    /// Of pairs of measured and simulated; those that are not finite do not count. `None` without any.
+    /// From pairs of measured and simulated values; pairs that are not finite are skipped. `None` without any.
     pub(crate) fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Option<Agreement> {
         let pairs: Vec<(f64, f64)> = pairs.filter(|(y, w)| (y - w).is_finite()).collect();
         if pairs.is_empty() {
@@ -46,14 +46,14 @@ mod tests {
     #[test]
     fn the_mean_fits_to_nothing_and_itself_to_a_hundred_percent() {
         let y = [1.0, 2.0, 3.0, 6.0, f64::NAN];
-        let of = |w: [f64; 5]| Agreement::of(y.into_iter().zip(w)).expect("samples");
-        let by_mean = of([3.0; 5]);
+        let agreement = |w: [f64; 5]| Agreement::of(y.into_iter().zip(w)).expect("samples");
+        let by_mean = agreement([3.0; 5]);
         assert_eq!((by_mean.samples, by_mean.bias), (4, 0.0));
         assert_eq!(by_mean.fit_percent, Some(0.0));
         // 4 + 1 + 0 + 9 over 4.
         assert_eq!(by_mean.rms, 3.5_f64.sqrt());
-        assert_eq!(of(y).fit_percent, Some(100.0));
-        assert_eq!(of([0.0, 1.0, 2.0, 5.0, 0.0]).bias, 1.0);
+        assert_eq!(agreement(y).fit_percent, Some(100.0));
+        assert_eq!(agreement([0.0, 1.0, 2.0, 5.0, 0.0]).bias, 1.0);
         assert_eq!(Agreement::of([(f64::NAN, 1.0)].into_iter()), None);
         assert_eq!(
             Agreement::of([(2.0, 1.0), (2.0, 1.0)].into_iter()).and_then(|a| a.fit_percent),

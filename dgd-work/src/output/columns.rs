@@ -10,17 +10,17 @@ use serde_json::{Value, json};
 /// A column of a result.
 #[derive(Debug, Clone)]
 pub struct NamedColumn {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// The unit in which it is shown.
+    /// The display unit.
     pub unit: Unit,
-    /// What it is.
+    /// Its role.
     pub kind: Kind,
     /// Values, SI.
     pub values: Vec<f64>,
 }
 
-/// What a column is.
+/// The role of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// An input.
@@ -29,7 +29,7 @@ pub enum Kind {
     Unknown,
     /// An output.
     Output,
-    /// A derivative to a parameter or start value.
+    /// A derivative with respect to a parameter or initial value.
     Derivative,
 }
 
@@ -45,14 +45,14 @@ impl NamedColumn {
     }
 }
 
-/// Columns that have one time.
+/// Columns over a common time axis.
 #[derive(Debug, Clone, Default)]
 pub struct TimeTable {
     /// Times of the rows, s.
     pub times: Vec<f64>,
-    /// The stamp of time zero, where the data's times are stamps: those of the table are, too.
+    /// The timestamp of time zero, if the data has timestamps; the table then has timestamps, too.
     pub epoch: Option<Epoch>,
-    /// The columns besides time.
+    /// The columns other than time.
     pub columns: Vec<NamedColumn>,
 }
 
@@ -108,12 +108,12 @@ pub(crate) fn quotient(of: &Unit, to: &Unit) -> Unit {
     Unit { symbol: symbol.into(), factor: of.factor / to.factor, offset: 0.0 }
 }
 
-/// Equal steps per sample, for programs: none where steps were adaptive.
+/// Number of steps per sample, for programs; `None` for adaptive steps.
 pub(crate) fn per_sample(solution: &Solution) -> Option<u32> {
     Some(solution.statistics.per_sample).filter(|n| *n > 0)
 }
 
-/// What happened at events, for programs: the modes of a `when` have no names.
+/// The events of a run, for programs; modes of a `when` have no names.
 pub(crate) fn events(solution: &Solution) -> Vec<Value> {
     let event = |event: &Event| {
         json!({
@@ -126,19 +126,18 @@ pub(crate) fn events(solution: &Solution) -> Vec<Value> {
     solution.events.iter().map(event).collect()
 }
 
-/// Whether an unknown is an element of an array, of which nothing is kept but what outputs make of them.
+/// Whether an unknown is an element of an array; results only keep outputs computed from those.
 pub(crate) fn is_element(unknown: &str) -> bool {
     unknown.ends_with(']')
 }
 
-/// Whether it is the share of a switch's two sides with which a solution slides along it: the solver's own, and nothing
-/// that anybody measures.
+/// Whether it is the share of the two sides of a switch in a sliding mode: an unknown of the solver, which cannot be
+/// measured.
 pub(crate) fn is_share(unknown: &str) -> bool {
     unknown.starts_with("share(")
 }
 
-/// Whether the model does not declare this: a derivative or a combination, which the table
-/// has and the figure leaves out.
+/// Whether the compiler added this: a derivative or a combination, which tables have and figures leave out.
 pub(crate) fn is_added(unknown: &str) -> bool {
     unknown.ends_with(')')
 }

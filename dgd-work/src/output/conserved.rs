@@ -1,4 +1,4 @@
-//! What is conserved at a steady state, for people and for programs.
+//! Conserved quantities at a steady state, as text and JSON.
 
 use std::fmt::Write as _;
 
@@ -10,14 +10,14 @@ use crate::output::columns::quotient;
 use crate::output::quantity::{of_differences, with_unit};
 use crate::output::table::significant;
 
-/// Digits of what is shown.
+/// Significant digits of printed values.
 const DIGITS: usize = 6;
-/// Terms that are shown of a combination.
+/// Terms of a combination that are printed.
 const MOST_TERMS: usize = 8;
-/// Two rows are parallel, and two values equal, to this.
+/// Tolerance for parallel rows and equal values.
 const SAME: f64 = 1e-6;
 
-/// A combination of states that the equations leave as it is, in declared units.
+/// A combination of states that the equations conserve, in declared units.
 #[derive(Debug, Clone)]
 pub(crate) struct Held {
     named_by: String,
@@ -28,40 +28,44 @@ pub(crate) struct Held {
     terms: Vec<(String, f64, String)>,
     whatever_inputs: bool,
     is_linear: bool,
-    /// An output that is the same but for a factor and a constant, and its value with its unit.
+    /// An output that equals it up to a factor and a constant, and its value with its unit.
     output: Option<(String, String)>,
 }
 
-/// What is conserved in declared units.
+/// The conserved quantities in declared units.
 pub(crate) fn described(
     signature: &Signature,
     system: &StateSpace,
     conserved: &[Conserved],
 ) -> Vec<Held> {
-    let held = |own| Held { output: output(signature, system, own), ..Held::new(signature, own) };
-    conserved.iter().map(held).collect()
+    let with_output =
+        |own| Held { output: output(signature, system, own), ..Held::new(signature, own) };
+    conserved.iter().map(with_output).collect()
 }
 
 /// A combination and its value, in declared units.
 pub(crate) fn combination(signature: &Signature, own: &Conserved) -> (String, String) {
-    let held = Held::new(signature, own);
-    let value = significant(held.value, DIGITS);
-    let value =
-        if held.unit.symbol == "1" { value } else { format!("{value} {}", held.unit.symbol) };
-    (held.formula(), value)
+    let combination = Held::new(signature, own);
+    let value = significant(combination.value, DIGITS);
+    let value = if combination.unit.symbol == "1" {
+        value
+    } else {
+        format!("{value} {}", combination.unit.symbol)
+    };
+    (combination.formula(), value)
 }
 
 impl Held {
     fn new(signature: &Signature, own: &Conserved) -> Self {
         let unit = of_differences(signature.unknowns.unit(own.named_by));
         let term = |(state, c): &(usize, f64)| {
-            let of = of_differences(signature.unknowns.unit(*state));
-            let per = quotient(&unit, &of);
-            let is_own = *state == own.named_by || unit.symbol == of.symbol;
+            let difference = of_differences(signature.unknowns.unit(*state));
+            let per = quotient(&unit, &difference);
+            let is_own = *state == own.named_by || unit.symbol == difference.symbol;
             let symbol = if is_own { "1".to_owned() } else { per.symbol.to_string() };
             (signature.unknowns.name(*state).into_owned(), c / per.factor, symbol)
         };
-        // The state that names it comes first.
+        // The state that names the combination comes first.
         let mut terms: Vec<&(usize, f64)> = own.terms.iter().collect();
         terms.sort_by_key(|(state, _)| *state != own.named_by);
         Held {
@@ -100,7 +104,7 @@ impl Held {
         text
     }
 
-    /// What belongs to its pole at zero.
+    /// The label of its pole at zero.
     pub(crate) fn pole(&self) -> String {
         format!("conserved ({})", self.named_by)
     }
@@ -159,8 +163,8 @@ impl Held {
     }
 }
 
-/// The first output whose slopes by the states are those of the combination times a number, and that no input
-/// moves.
+/// The first output whose derivatives by the states are a multiple of the combination, and that does not depend on
+/// inputs.
 fn output(signature: &Signature, system: &StateSpace, own: &Conserved) -> Option<(String, String)> {
     let wanted = |column: usize| {
         let unknown = system.states[column];

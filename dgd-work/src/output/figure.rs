@@ -1,8 +1,8 @@
-//! Results as figures: which panels there are.
+//! Panels of result figures.
 
 use dgd_plot::{Envelope, Figure, Meaning, Panel, Series, Style, Text};
 
-/// What one panel shows.
+/// Content of one panel.
 #[derive(Debug, Clone)]
 pub(crate) struct Subject {
     pub title: Text,
@@ -17,7 +17,7 @@ pub(crate) struct Line {
     pub name: Text,
     pub times: Vec<f64>,
     pub values: Vec<f64>,
-    /// What it stands for; what is measured, and what is left over of it, is thin.
+    /// Its meaning; measurements and residuals are drawn thin.
     pub meaning: Meaning,
 }
 
@@ -49,7 +49,7 @@ pub(crate) fn panels(subjects: &[Subject]) -> Figure {
     Figure::new(Text::plain("Time").with_unit("s"), panels)
 }
 
-/// Differences as dots, and the band in which nineteen of twenty are expected: ± 2 standard deviations.
+/// Differences as dots, with the band of ± 2 standard deviations that contains 95 % of them.
 pub(crate) fn differences(
     title: Text,
     unit: &str,
@@ -76,7 +76,7 @@ pub(crate) fn differences(
     }
 }
 
-/// Panels of what is computed and recorded, their differences beside them.
+/// Panels of computed and recorded values, with their differences at the side.
 pub(crate) fn beside(subjects: &[Subject], differences: Vec<Panel>, x_label: Text) -> Figure {
     let panels = panels(subjects).panels.into_iter().zip(differences);
     let panels: Vec<Panel> = panels.flat_map(|(signals, rest)| [signals, rest]).collect();

@@ -1,8 +1,8 @@
-//! Results as JSON text that people can read, too: an array of numbers takes one line.
+//! Results as readable JSON text: an array of numbers takes one line.
 
 use serde_json::Value;
 
-/// A document with a member a line, and arrays of plain values on one line each.
+/// A document with one member per line, and arrays of plain values on one line each.
 pub fn json_text(value: &Value) -> String {
     let mut text = String::new();
     push(&mut text, value, 0);

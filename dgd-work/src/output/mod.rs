@@ -1,4 +1,4 @@
-//! What results are made into: columns over time, figures, tables and numbers for people.
+//! Formats of results: columns over time, figures, tables and readable numbers.
 
 pub(crate) mod agreement;
 pub(crate) mod columns;

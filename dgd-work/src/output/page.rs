@@ -1,4 +1,4 @@
-//! What the pages of all results have in common.
+//! Common parts of all result pages.
 
 use dgd_page::{Cell, Link, Markup, Origin, Page, Table, Tone};
 use dgd_plot::{Figure, Text};
@@ -7,10 +7,10 @@ use super::agreement::Agreement;
 use super::provenance::Provenance;
 use super::quantity::{rounded, short};
 
-/// Figures over the time of one recording.
+/// Links figures over the time of one recording.
 pub(crate) const TIME: Link<'static> = Link::With("time");
 
-/// Where a result comes from.
+/// The origin of a result.
 pub(crate) fn origin(provenance: &Provenance, command: &str) -> Origin {
     Origin {
         command: command.to_owned(),
@@ -21,23 +21,23 @@ pub(crate) fn origin(provenance: &Provenance, command: &str) -> Origin {
     }
 }
 
-/// A cell with a number to so many digits; a dash where there is none.
+/// A cell with a number to this many significant digits; a dash without a number.
 pub(crate) fn number(value: Option<f64>, digits: i32) -> Cell {
     let shown = value.map_or_else(|| "–".to_owned(), |value| shown(value, digits));
     Cell::number(&shown, value)
 }
 
-/// A cell with how many there are.
+/// A cell with a count.
 pub(crate) fn count(n: usize) -> Cell {
     Cell::number(&n.to_string(), Some(n as f64))
 }
 
-/// So many digits; none for nothing.
+/// Rounds to this many digits, and zero to `0`.
 fn shown(value: f64, digits: i32) -> String {
     if value == 0.0 { "0".to_owned() } else { rounded(value, digits) }
 }
 
-/// A number as it stands in a sentence.
+/// A number for a sentence.
 pub(crate) fn told(value: f64) -> String {
     short(value, 4)
 }
@@ -47,7 +47,7 @@ pub(crate) fn name(name: &str) -> Cell {
     Cell::text(Markup::code(name))
 }
 
-/// A cell with a unit, as papers set it.
+/// A cell with a typeset unit.
 pub(crate) fn unit(symbol: &str) -> Cell {
     Cell::text(Markup::from(&Text::unit(symbol)))
 }
@@ -57,7 +57,7 @@ pub(crate) fn words(words: &str) -> Cell {
     Cell::text(Markup::text(words))
 }
 
-/// How outputs agree with what was measured of them.
+/// A table of the agreement of outputs with measurements.
 pub(crate) fn agreement_table<'a>(
     caption: &str,
     rows: impl IntoIterator<Item = (&'a str, &'a str, Agreement)>,

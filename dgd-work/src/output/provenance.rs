@@ -1,4 +1,4 @@
-//! What a result was made of, and by what.
+//! Provenance of a result: inputs, seed and versions.
 
 use std::path::Path;
 
@@ -11,10 +11,10 @@ use crate::session::Session;
 
 /// Version of the schema of results, `docs/results.schema.json`.
 ///
-/// It counts on where a key goes, or means something else; keys that are new leave it as it is.
+/// It is incremented if a key is removed or changes its meaning; new keys leave it unchanged.
 pub const SCHEMA_VERSION: u32 = 2;
 
-/// What a result was made of, and by what: equal provenances and requests have equal results.
+/// Provenance of a result: equal provenances and requests give equal results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Provenance {
@@ -24,7 +24,7 @@ pub struct Provenance {
     pub version: &'static str,
     /// Seed of everything random.
     pub seed: u64,
-    /// Digest of the model: its text, what it imports, the effects, and what is chosen and set.
+    /// Digest of the model: its text, imports, effects, choices and settings.
     pub model: Option<String>,
     /// The data files.
     pub data: Vec<DataFile>,
@@ -36,7 +36,7 @@ pub struct Provenance {
 pub struct DataFile {
     /// As it was given.
     pub file: String,
-    /// Digest of its bytes; none of a stream.
+    /// Digest of its bytes; none for a stream.
     pub digest: Option<String>,
 }
 
@@ -68,7 +68,7 @@ impl Provenance {
 /// Digest of all texts that a model was compiled from.
 pub(crate) fn of_model(sources: &Sources) -> String {
     let texts = sources.iter().map(|source| source.text.as_bytes());
-    // What cannot be in a text keeps them apart.
+    // A byte that texts cannot contain separates them.
     shown(texts.fold(Digest::EMPTY, |digest, text| digest.bytes(text).bytes(b"\0")).value())
 }
 

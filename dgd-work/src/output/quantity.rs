@@ -1,7 +1,7 @@
-//! Numbers rounded to what they mean.
+//! Numbers rounded to their accuracy.
 //!
-//! A standard deviation has two digits, and the value as many decimals as it; a number without one
-//! has the digits its reader asks for.
+//! A standard deviation has two digits, and its value as many decimals; a number without one has the digits that the
+//! caller requests.
 
 use std::fmt;
 
@@ -12,10 +12,10 @@ pub use dgd_runtime::signature::number::with_unit;
 use dgd_runtime::signature::number::{decade, fixed, is_written_out, times_ten_to};
 pub(crate) use dgd_runtime::signature::number::{rounded, short};
 
-/// Digits of a value whose standard deviation is not known.
+/// Digits of a value whose standard deviation is unknown.
 const DIGITS: i32 = 4;
 
-/// The unit of differences of values in a unit; differences have no zero of their own.
+/// The unit of differences of values in a unit, which has no offset.
 pub(crate) fn of_differences(unit: &Unit) -> Unit {
     let symbol = match parse_unit(&unit.symbol) {
         Ok(parsed) => parsed.of_differences().symbol.into(),
@@ -24,8 +24,8 @@ pub(crate) fn of_differences(unit: &Unit) -> Unit {
     Unit { symbol, factor: unit.factor, offset: 0.0 }
 }
 
-/// A value and its standard deviation, `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`; where the model misses something,
-/// what that may have done to it, too: `275.0 ± 1.2, model ± 4.1`.
+/// A value and its standard deviation, `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`; if the model lacks something, also the
+/// possible bias: `275.0 ± 1.2, model ± 4.1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quantity {
     value: f64,
@@ -34,12 +34,12 @@ pub(crate) struct Quantity {
 }
 
 impl Quantity {
-    /// A value and how far it may be off.
+    /// A value and its standard deviation.
     pub(crate) fn new(value: f64, std: f64) -> Quantity {
         Quantity { value, std: Some(std), std_model: None }
     }
 
-    /// A value, and how far it may be off where that is a positive number.
+    /// A value, with its standard deviation if that is a positive number.
     pub(crate) fn with(value: f64, std: f64) -> Quantity {
         let std = Some(std).filter(|std| std.is_finite() && *std > 0.0);
         Quantity { value, std, std_model: None }
@@ -61,12 +61,12 @@ impl Quantity {
     }
 }
 
-/// A value and its standard deviation as tables have them: `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`.
+/// A value and its standard deviation as in tables: `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`.
 pub fn shown(value: f64, std: Option<f64>) -> String {
     Quantity::with(value, std.unwrap_or(f64::NAN)).to_string()
 }
 
-/// A value with as many digits as a standard deviation gives it, without the deviation.
+/// A value with the digits that a standard deviation warrants, without the deviation.
 pub fn shown_like(value: f64, std: f64) -> String {
     let text = Quantity::with(value, std).to_string();
     let power = text.split_once(')').map_or("", |(_, power)| power);
@@ -89,7 +89,7 @@ impl fmt::Display for Quantity {
             let digits = fixed(value / scale, DIGITS - 1 - (size - power));
             return write!(f, "{digits}{}", times_ten_to(power));
         };
-        // Two digits of the standard deviation.
+        // Two digits for the standard deviation.
         let decimals = 1 - decade(std / scale);
         let (value, std) = (fixed(value / scale, decimals), fixed(std / scale, decimals));
         let model = std_model.map_or_else(String::new, |std| {
@@ -103,7 +103,7 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// A probability; the smallest that so many resamples can show is a bound.
+/// A probability from `resamples` resamplings; the smallest they can resolve is a bound.
 pub(crate) fn probability(p: f64, resamples: usize) -> String {
     let least = 1.0 / (resamples as f64 + 1.0);
     if p <= least * (1.0 + 1e-9) {
@@ -118,41 +118,41 @@ pub(crate) fn percent(share: f64) -> String {
     if share.is_finite() { format!("{} %", fixed(100.0 * share, 0)) } else { "–".to_owned() }
 }
 
-/// Most stretches of time that are listed.
+/// Most intervals listed.
 const LISTED: usize = 10;
 
-/// Stretches of time in seconds, `612–1034 s, 2100–2230 s`; the last of them has three digits or more. Of many the
-/// longest ten are listed, and the others are summed up.
+/// Intervals in seconds, `612–1034 s, 2100–2230 s`; the last of them has three digits or more. Of many intervals the
+/// ten longest are listed, and the others summed up.
 pub(crate) fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
     let mut windows: Vec<[f64; 2]> = windows.into_iter().collect();
     let duration = |[from, until]: &[f64; 2]| until - from;
     let summary = (windows.len() > LISTED).then(|| {
-        let all: f64 = windows.iter().map(duration).sum();
+        let total: f64 = windows.iter().map(duration).sum();
         let n = windows.len();
         let mut sizes: Vec<f64> = windows.iter().map(duration).collect();
         sizes.sort_by(|a, b| b.total_cmp(a));
         let least = sizes[LISTED - 1];
-        // Of equally long ones the first.
+        // Of equally long ones the first are kept.
         let mut equal = LISTED - sizes.iter().filter(|size| **size > least).count();
         windows.retain(|window| {
             let is_equal = duration(window) == least && equal > 0;
             equal -= usize::from(is_equal);
             duration(window) > least || is_equal
         });
-        format!(" and {} shorter ones; {n} in all, together {}", n - LISTED, moment(all))
+        format!(" and {} shorter ones; {n} in all, together {}", n - LISTED, moment(total))
     });
     let decimals = decimals(windows.iter().map(|[_, until]| *until).fold(0.0, f64::max));
-    let all: Vec<String> = windows
+    let listed: Vec<String> = windows
         .iter()
         .map(|[from, until]| {
             let [from, until] = [from, until].map(|t| fixed(*t, decimals));
             if from == until { format!("{from} s") } else { format!("{from}–{until} s") }
         })
         .collect();
-    all.join(", ") + summary.as_deref().unwrap_or_default()
+    listed.join(", ") + summary.as_deref().unwrap_or_default()
 }
 
-/// A moment in seconds, of three digits or more.
+/// A time in seconds, with three digits or more.
 pub(crate) fn moment(t: f64) -> String {
     format!("{} s", fixed(t, decimals(t)))
 }

@@ -1,10 +1,10 @@
-//! Tables of numbers for people.
+//! Plain-text tables of numbers.
 
 use std::fmt::Write as _;
 
 use dgd_runtime::signature::number::without_zeros;
 
-/// Columns by their widest cell, numbers to the right.
+/// Columns as wide as their widest cell, numbers right-aligned.
 pub(crate) fn push_table<R: AsRef<[String]>>(text: &mut String, rows: &[R]) {
     let columns = rows.first().map_or(0, |row| row.as_ref().len());
     let width =
@@ -16,7 +16,7 @@ pub(crate) fn push_table<R: AsRef<[String]>>(text: &mut String, rows: &[R]) {
             let is_number = |cell: &str| cell == "-" || cell.parse::<f64>().is_ok();
             let right = rows.iter().skip(1).any(|row| is_number(&row.as_ref()[j]));
             let gap = if j == 0 { "" } else { "  " };
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = if right {
                 write!(line, "{gap}{cell:>width$}")
             } else {
@@ -28,7 +28,7 @@ pub(crate) fn push_table<R: AsRef<[String]>>(text: &mut String, rows: &[R]) {
     }
 }
 
-/// A number with so many digits, with an exponent where it would have many zeros.
+/// A number with this many significant digits, with an exponent where it would have many zeros.
 pub(crate) fn significant(value: f64, digits: usize) -> String {
     let scientific = format!("{value:.*e}", digits.saturating_sub(1));
     let exponent = scientific.rsplit_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
@@ -42,7 +42,7 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// The same of a number that is known exactly: without zeros behind it, `52.75` and `200`.
+/// The same for an exact number, without trailing zeros: `52.75` and `200`.
 pub(crate) fn exact(value: f64, digits: usize) -> String {
     let text = significant(value, digits);
     let (mantissa, exponent) = without_zeros(&text, 'e');

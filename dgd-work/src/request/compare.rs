@@ -8,30 +8,30 @@ use super::{Keep, Solve, Sought};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct CompareRequest {
-    /// What is compared: `MODEL`, `MODEL@VARIANT=CHOICE`, `MODEL+EFFECT`, or a folder of results.
+    /// The contenders: `MODEL`, `MODEL@VARIANT=CHOICE`, `MODEL+EFFECT`, or a folder of results.
     pub contenders: Vec<String>,
-    /// Recordings that all are fitted to.
+    /// Training recordings, common to all contenders.
     pub data: Vec<PathBuf>,
     /// Recordings for validation, not used in the fits.
     pub valid: Vec<PathBuf>,
-    /// What is estimated.
+    /// Parameters and initial values to estimate.
     pub sought: Sought,
-    /// Constants, parameters and start values of those contenders that have them, each as `NAME=VALUE`.
+    /// Constants, parameters and initial values for those contenders that have them, each as `NAME=VALUE`.
     pub set: Vec<String>,
-    /// Where finished work is kept.
+    /// Location of the journal.
     pub keep: Keep,
     /// Whether the first contender is a special case of each other one.
     pub nested: bool,
-    /// Most simulations in a search; 200 where there is none.
+    /// Most simulations in a search; 200 by default.
     pub evaluations: Option<usize>,
-    /// How the models are run.
+    /// Simulation settings.
     pub solve: Solve,
-    /// What makes the same again, for the page: a command line, or a line of a program.
+    /// The command line or program line that reproduces the result, for the page.
     pub command: String,
 }
 
 impl CompareRequest {
-    /// Of these contenders, on these recordings.
+    /// Compares these contenders on these recordings.
     pub fn new(contenders: Vec<String>, data: Vec<PathBuf>) -> Self {
         CompareRequest {
             contenders,

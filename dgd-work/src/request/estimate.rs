@@ -4,51 +4,51 @@ use std::path::PathBuf;
 
 use super::{Choices, Solve, Sought};
 
-/// Where finished work is kept until the result is written, so that a run that is ended can be gone on from.
+/// Location of the journal, from which an interrupted run can be resumed until its result is written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Keep {
-    /// The folder of results, beside which it is kept; nothing is kept without one.
+    /// The folder of results, next to which the journal is kept; without one there is no journal.
     pub out: Option<PathBuf>,
-    /// Whether to go on from what an earlier run with the same request has kept.
+    /// Whether to resume from the journal of an earlier run with the same request.
     pub resume: bool,
 }
 
 impl Keep {
-    /// Beside this folder of results.
+    /// A journal beside this folder of results.
     pub fn new(out: Option<PathBuf>, resume: bool) -> Self {
         Keep { out, resume }
     }
 }
 
-/// What a model lacks.
+/// A search for the missing terms of a model.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct DiscoverRequest {
     /// The model file.
     pub model: PathBuf,
-    /// What is chosen of it.
+    /// Variants, settings and effects of the model.
     pub choices: Choices,
-    /// Recordings to search in.
+    /// Training recordings.
     pub data: Vec<PathBuf>,
     /// Recordings for validation, not used in fits.
     pub valid: Vec<PathBuf>,
     /// Folders of effects, in addition to `effects` beside the model.
     pub effects: Vec<PathBuf>,
-    /// What is estimated.
+    /// Parameters and initial values to estimate.
     pub sought: Sought,
-    /// How long the search may take, s; as long as it takes where that is open.
+    /// Time limit of the search, s; unlimited by default.
     pub budget: Option<f64>,
-    /// Where finished work is kept.
+    /// Location of the journal.
     pub keep: Keep,
-    /// How the model is run.
+    /// Simulation settings.
     pub solve: Solve,
-    /// What makes the same again, for the report: a command line, or a line of a program.
+    /// The command line or program line that reproduces the result, for the report.
     pub command: String,
 }
 
 impl DiscoverRequest {
-    /// By these recordings.
+    /// Searches in these recordings.
     pub fn new(model: impl Into<PathBuf>, data: Vec<PathBuf>) -> Self {
         DiscoverRequest {
             model: model.into(),
@@ -71,32 +71,32 @@ impl DiscoverRequest {
 pub struct AdoptRequest {
     /// The folder of the discovery's result, or a file in it.
     pub result: PathBuf,
-    /// What the effect is to be called.
+    /// Name of the effect in the library.
     pub name: String,
 }
 
 impl AdoptRequest {
-    /// Of this result, by this name.
+    /// Adopts this result under this name.
     pub fn new(result: impl Into<PathBuf>, name: impl Into<String>) -> Self {
         AdoptRequest { result: result.into(), name: name.into() }
     }
 }
 
-/// States and parameters row by row.
+/// Tracking of states and parameters, row by row.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct TrackRequest {
     /// The model file.
     pub model: PathBuf,
-    /// What is chosen of it.
+    /// Variants, settings and effects of the model.
     pub choices: Choices,
     /// The recording.
     pub data: PathBuf,
     /// Estimator.
     pub estimator: Tracker,
-    /// What is estimated.
+    /// Parameters and initial values to estimate.
     pub sought: Sought,
-    /// Outputs to use; all that are measured where there is none.
+    /// Outputs to use; all measured ones by default.
     pub outputs: Vec<String>,
     /// Process noise: standard deviations of random walks after one minute, each as `NAME=VALUE`.
     pub process_noise: Vec<String>,
@@ -104,20 +104,20 @@ pub struct TrackRequest {
     pub start_std: Vec<String>,
     /// Measurement noise: standard deviations of outputs, each as `NAME=VALUE`.
     pub noise: Vec<String>,
-    /// Forgetting factor per row, for [`Tracker::Recursive`]; 0.999 where there is none.
+    /// Forgetting factor per row, for [`Tracker::Recursive`]; 0.999 by default.
     pub forgetting: Option<f64>,
-    /// Whether a row that cannot be read ends it.
+    /// Whether an unreadable row is an error.
     pub strict: bool,
-    /// Samples more than so many standard deviations from their prediction are ignored.
+    /// Samples further from their prediction than this many standard deviations are ignored.
     pub gate: Option<f64>,
-    /// How the model is run.
+    /// Simulation settings.
     pub solve: Solve,
-    /// Whether the result has the rows, for figures and programs.
+    /// Whether the result keeps the rows, for figures and programs.
     pub keeps_rows: bool,
 }
 
 impl TrackRequest {
-    /// Of this recording.
+    /// Tracks this recording.
     pub fn new(model: impl Into<PathBuf>, data: impl Into<PathBuf>) -> Self {
         TrackRequest {
             model: model.into(),
@@ -138,7 +138,7 @@ impl TrackRequest {
     }
 }
 
-/// How estimates are moved and corrected.
+/// Algorithm of the tracking filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tracker {
     /// Extended Kalman filter: states and parameters, from derivatives.

@@ -1,4 +1,4 @@
-//! Parameters and start values from recordings.
+//! Estimation of parameters and initial values from recordings.
 
 use std::path::PathBuf;
 
@@ -13,39 +13,39 @@ use crate::error::WorkError;
 pub struct FitRequest {
     /// The model file.
     pub model: PathBuf,
-    /// What is chosen of it.
+    /// Variants, settings and effects of the model.
     pub choices: Choices,
-    /// Recordings to fit to.
+    /// Training recordings.
     pub data: Vec<PathBuf>,
     /// Recordings for validation, not used in the fit.
     pub valid: Vec<PathBuf>,
-    /// What is estimated.
+    /// Parameters and initial values to estimate.
     pub sought: Sought,
-    /// Outputs to fit; all that were measured where there is none.
+    /// Outputs to fit; all measured ones by default.
     pub outputs: Vec<String>,
-    /// Where the weights of the outputs come from.
+    /// Source of the weights of the outputs.
     pub noise: NoiseFrom,
-    /// Where finished work is kept.
+    /// Location of the journal.
     pub keep: Keep,
-    /// Most simulations in a search, or evaluations where nothing is simulated; 200, of regressions 2000, of models
-    /// without states 5000 where there is none.
+    /// Most simulations in a search, or evaluations for estimators that do not simulate. By default 200, 2000 for
+    /// regressions, and 5000 for models without states.
     pub evaluations: Option<usize>,
-    /// How a fit of simulations searches.
+    /// Search of a simulating estimator.
     pub search: SearchRequest,
     /// Intervals of estimates.
     pub intervals: IntervalRequest,
-    /// Which estimator, and options of single ones.
+    /// The estimator and its options.
     pub regression: RegressionRequest,
-    /// How the model is run.
+    /// Simulation settings.
     pub solve: Solve,
-    /// Whether figures are made, which takes more computation.
+    /// Whether to make figures, which takes more computation.
     pub figures: bool,
-    /// What makes the same again, for the page: a command line, or a line of a program.
+    /// The command line or program line that reproduces the result, for the page.
     pub command: String,
 }
 
 impl FitRequest {
-    /// To these recordings.
+    /// Fits these recordings.
     pub fn new(model: impl Into<PathBuf>, data: Vec<PathBuf>) -> Self {
         FitRequest {
             model: model.into(),
@@ -67,7 +67,7 @@ impl FitRequest {
     }
 }
 
-/// Where the weights of the outputs come from.
+/// Source of the weights of the outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoiseFrom {
     /// The noise declared in the model; for outputs that declare none, the residuals of the fit.
@@ -76,17 +76,17 @@ pub enum NoiseFrom {
     Estimated,
 }
 
-/// How a fit of simulations searches.
+/// Search of a simulating estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SearchRequest {
-    /// Loss function; all but squares are robust to outliers.
+    /// Loss function; all except squares are robust to outliers.
     pub loss: Loss,
-    /// Fits from so many starting points, the model's own and others that are drawn; the best is kept.
+    /// Number of starting points, the model's own and others drawn at random; the best fit is kept.
     pub starts: u32,
-    /// Of these points the fit from one alone, by its number from 0: a share of the work, which has the same numbers.
+    /// Runs the fit from one of these points only, by its number from 0: a share of the work with identical numbers.
     pub start_point: Option<u32>,
-    /// What they are drawn from.
+    /// Distribution of the random starting points.
     pub spread: DrawnFrom,
 }
 
@@ -105,14 +105,14 @@ impl Default for SearchRequest {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct IntervalRequest {
-    /// Estimates whose confidence intervals are found by profile likelihood: parameters, initial values as `x(0)`, or
-    /// `all` for all parameters.
+    /// Estimates whose confidence intervals are computed by profile likelihood: parameters, initial values as `x(0)`,
+    /// or `all` for all parameters.
     pub profile: Vec<String>,
-    /// Refits to so many data sets with resampled residuals.
+    /// Number of refits to data sets with resampled residuals.
     pub bootstrap: usize,
-    /// The number of the first of them, where they are a share of many: the result then lists the estimates of each.
+    /// The number of the first of them, for a share of a larger bootstrap; the result then lists the estimates of each.
     pub bootstrap_from: Option<usize>,
-    /// Whether to say which samples and outputs determine each parameter.
+    /// Whether to report which samples and outputs determine each parameter.
     pub information: bool,
 }
 
@@ -144,17 +144,17 @@ impl Estimator {
         matches!(self, Self::OutputError | Self::Linearised)
     }
 
-    /// Whether start values of states are among the estimates.
+    /// Whether it estimates initial values of states.
     pub fn estimates_starts(self) -> bool {
         self.simulates() || matches!(self, Self::PredictionError)
     }
 
-    /// Whether the likelihood can be followed along an estimate.
+    /// Whether profile likelihoods can be computed.
     pub fn has_profiles(self) -> bool {
         !matches!(self, Self::Recursive)
     }
 
-    /// What it is called on the command line and in results.
+    /// Its name on the command line and in results.
     pub fn name(self) -> &'static str {
         match self {
             Self::OutputError => "output-error",
@@ -169,16 +169,16 @@ impl Estimator {
     }
 }
 
-/// Which estimator, and options of single ones.
+/// The estimator and its options.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct RegressionRequest {
-    /// How parameters are estimated.
+    /// The estimator.
     pub estimator: Estimator,
-    /// Linearised: operating point of each recording; the steady state with its mean inputs where there is none.
+    /// Linearised: operating point of each recording; by default the steady state with its mean inputs.
     pub at: Option<LinearizeAt>,
-    /// Regressions: half the width of the windows over which slopes of the measurements are taken, s; 5 samples where
-    /// there is none.
+    /// Regressions: half the width of the windows over which slopes of the measurements are taken, s; 5 samples by
+    /// default.
     pub smoothing: Option<f64>,
     /// Regressions: use only samples at which a state changes no faster, each as `STATE=RATE`.
     pub steady: Vec<String>,
@@ -211,7 +211,7 @@ impl Default for RegressionRequest {
 }
 
 impl RegressionRequest {
-    /// Checks that there is a search for which `--evaluations` has a meaning.
+    /// Checks that `--evaluations` applies to the estimator.
     pub(crate) fn verify_evaluations(&self, most: Option<usize>) -> Result<(), WorkError> {
         let searches = !matches!(
             self.estimator,
@@ -226,11 +226,11 @@ impl RegressionRequest {
         )))
     }
 
-    /// Where linear models are, if the estimator makes them.
+    /// The operating point of linear models, if the estimator uses them.
     ///
     /// # Errors
     ///
-    /// Where `--at` is given to another estimator.
+    /// If `--at` is given for another estimator.
     pub(crate) fn place(&self) -> Result<Option<LinearizeAt>, WorkError> {
         match (self.estimator, self.at) {
             (Estimator::Linearised, at) => Ok(Some(at.unwrap_or(LinearizeAt::Mean))),
@@ -242,7 +242,7 @@ impl RegressionRequest {
     }
 }
 
-/// What n_s² is.
+/// The definition of n_s².
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Normalise {
     /// Zero: m is 1.

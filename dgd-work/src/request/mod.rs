@@ -1,4 +1,4 @@
-//! What can be asked for. Every field has the default of the command line, and is documented there in the same words.
+//! Requests. Every field has the default of the command line, and is documented there in the same words.
 
 mod compare;
 mod estimate;
@@ -25,17 +25,17 @@ pub use single::{
     CheckRequest, InvertRequest, LinearizeRequest, RunRequest, SensitivityRequest, SimulateRequest,
 };
 
-/// What is chosen and set from outside the model file.
+/// Choices and settings from outside the model file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Choices {
     /// Variants, each as `NAME=CHOICE`.
     pub variant: Vec<String>,
-    /// Constants, parameters and start values, each as `NAME=VALUE` or `NAME=VALUE [UNIT]`.
+    /// Constants, parameters and initial values, each as `NAME=VALUE` or `NAME=VALUE [UNIT]`.
     pub set: Vec<String>,
     /// Effects: files, or names from the folder `effects` beside the model, with arguments in parentheses.
     pub apply: Vec<String>,
-    /// Whether a run begins at rest, although the model does not say so.
+    /// Whether a run starts in steady state, regardless of the model.
     pub at_rest: bool,
 }
 
@@ -46,7 +46,7 @@ impl Choices {
     }
 }
 
-/// How a model is run.
+/// Simulation settings.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Solve {
@@ -54,9 +54,9 @@ pub struct Solve {
     pub start: Start,
     /// Other names for columns of the data.
     pub rename: Vec<Rename>,
-    /// First time, s since the data's first sample; the data's first where there is none.
+    /// First time, s since the data's first sample; by default the data's first.
     pub from: Option<f64>,
-    /// Last time, s since the data's first sample; the data's last where there is none.
+    /// Last time, s since the data's first sample; by default the data's last.
     pub until: Option<f64>,
     /// Name of the integration method; `auto` chooses one for the model.
     pub method: String,
@@ -64,7 +64,7 @@ pub struct Solve {
     pub steps: Steps,
     /// Relative tolerance.
     pub rtol: f64,
-    /// Absolute tolerance, as a fraction of each unknown's nominal size; `rtol` where there is none.
+    /// Absolute tolerance, as a fraction of each unknown's nominal size; `rtol` by default.
     pub atol: Option<f64>,
     /// How the model is evaluated; does not affect results.
     pub engine: Engine,
@@ -86,47 +86,47 @@ impl Default for Solve {
     }
 }
 
-/// Where start values come from.
+/// Source of the initial values.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Start {
     /// The model file.
     #[default]
     Model,
-    /// The first measured outputs, as far as they determine the states.
+    /// The first measured outputs, where they determine the states.
     Measured,
 }
 
-/// What is estimated.
+/// Parameters and initial values to estimate.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Sought {
-    /// Parameters to estimate, and `fixed` states whose initial values to estimate too; those that are not `fixed`
-    /// where there is none.
+    /// Parameters to estimate, and `fixed` states whose initial values to estimate too; by default all that are not
+    /// `fixed`.
     pub free: Vec<String>,
     /// Parameters, and states for their initial values, not to estimate.
     pub fix: Vec<String>,
 }
 
 impl Sought {
-    /// These, without those.
+    /// Estimates `free`, but not `fix`.
     pub fn new(free: Vec<String>, fix: Vec<String>) -> Self {
         Sought { free, fix }
     }
 }
 
-/// Where a model is linearised.
+/// The point of a linearisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LinearizeAt {
-    /// Where a run is at this time, s.
+    /// The point of a run at this time, s.
     Time(f64),
-    /// Where it is at rest with the inputs of the first time.
+    /// The steady state with the inputs of the first time.
     Steady,
-    /// Where it is at rest with the inputs' means.
+    /// The steady state with the means of the inputs.
     Mean,
 }
 
 impl LinearizeAt {
-    /// Whether the model is at rest there.
+    /// Whether the point is a steady state.
     pub fn is_rest(self) -> bool {
         match self {
             LinearizeAt::Time(_) => false,
@@ -134,7 +134,7 @@ impl LinearizeAt {
         }
     }
 
-    /// What is linear close to it in a run over these times.
+    /// The point in a run over these times.
     pub fn of(self, inputs: &Inputs, times: &[f64]) -> Option<LinearAt> {
         let (first, last) = (*times.first()?, *times.last()?);
         Some(match self {
@@ -156,7 +156,7 @@ impl fmt::Display for LinearizeAt {
     }
 }
 
-/// A model file and what is chosen of it.
+/// A model file with default choices.
 pub(crate) fn model(path: impl Into<PathBuf>) -> (PathBuf, Choices) {
     (path.into(), Choices::default())
 }

@@ -8,14 +8,14 @@ use super::{Choices, LinearizeAt, Solve, model};
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct CheckRequest {
-    /// The model file, or that of an effect.
+    /// The model or effect file.
     pub model: PathBuf,
-    /// What is chosen of it.
+    /// Variants, settings and effects of the model.
     pub choices: Choices,
 }
 
 impl CheckRequest {
-    /// As the file has it.
+    /// Checks the file as it is.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         let (model, choices) = model(path);
         CheckRequest { model, choices }
@@ -28,18 +28,18 @@ impl CheckRequest {
 pub struct RunRequest {
     /// The model file.
     pub model: PathBuf,
-    /// What is chosen of it.
+    /// Variants, settings and effects of the model.
     pub choices: Choices,
     /// Inputs, and measured outputs to compare with.
     pub data: Option<PathBuf>,
-    /// Time between rows, s; the data's rows where there is none.
+    /// Time between rows, s; by default the data's rows.
     pub every: Option<f64>,
-    /// How it is run.
+    /// Simulation settings.
     pub solve: Solve,
 }
 
 impl RunRequest {
-    /// Of a model that needs nothing besides, but an end: [`Solve::until`] or data.
+    /// Runs a model without data, which needs an end: [`Solve::until`].
     pub fn new(path: impl Into<PathBuf>) -> Self {
         let (model, choices) = model(path);
         RunRequest { model, choices, data: None, every: None, solve: Solve::default() }
@@ -52,22 +52,22 @@ impl RunRequest {
 pub struct SimulateRequest {
     /// The run.
     pub run: RunRequest,
-    /// A file with sets of parameters and start values, for `simulate_each`.
+    /// A file with sets of parameters and initial values, for `simulate_each`.
     pub ensemble: Option<PathBuf>,
-    /// The quantity over which outputs are drawn, if it is not time.
+    /// Abscissa of the outputs' plots, if not time.
     pub over: Option<String>,
-    /// Arrays of outputs, each with the array whose values stand at the ends of its curves over that quantity.
+    /// Arrays of outputs, each with the array whose values label the ends of its curves over that quantity.
     pub labels: Vec<(String, String)>,
-    /// Outputs, or arrays of them, over that quantity and above it, whose points are marked.
+    /// Outputs, or arrays of them, that are the abscissas and ordinates of marked points.
     pub marks: Vec<(String, String)>,
     /// Seed of measurement noise that is added to the outputs.
     pub noise_seed: Option<u64>,
-    /// Whether arrays of unknowns are kept, which figures show over place and time.
+    /// Whether to keep arrays of unknowns, for figures over place and time.
     pub fields: bool,
 }
 
 impl SimulateRequest {
-    /// Of this run.
+    /// Simulates this run.
     pub fn new(run: RunRequest) -> Self {
         SimulateRequest {
             run,
@@ -81,74 +81,74 @@ impl SimulateRequest {
     }
 }
 
-/// Derivatives of states and outputs to parameters over time.
+/// Derivatives of states and outputs with respect to parameters over time.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct SensitivityRequest {
     /// The run.
     pub run: RunRequest,
-    /// States and outputs to differentiate; all where there is none.
+    /// States and outputs to differentiate; all by default.
     pub of: Vec<String>,
-    /// Parameters, or states for their initial values; all parameters where there is none.
+    /// Parameters, or states for their initial values; all parameters by default.
     pub to: Vec<String>,
     /// Whether each derivative is multiplied by its parameter.
     pub scaled: bool,
-    /// Whether the derivatives are compared with finite differences.
+    /// Whether to compare the derivatives with finite differences.
     pub verify_sensitivities: bool,
 }
 
 impl SensitivityRequest {
-    /// All of this run.
+    /// All sensitivities of this run.
     pub fn new(run: RunRequest) -> Self {
         let (of, to) = (Vec::new(), Vec::new());
         SensitivityRequest { run, of, to, scaled: false, verify_sensitivities: false }
     }
 }
 
-/// The linear model close to a point.
+/// The linear model at a point.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct LinearizeRequest {
     /// The model file.
     pub model: PathBuf,
-    /// What is chosen of it.
+    /// Variants, settings and effects of the model.
     pub choices: Choices,
     /// Inputs.
     pub data: Option<PathBuf>,
     /// The point.
     pub at: LinearizeAt,
-    /// How the run to it is made.
+    /// Settings of the run to the point.
     pub solve: Solve,
 }
 
 impl LinearizeRequest {
-    /// Close to this point.
+    /// Linearises the model at this point.
     pub fn new(path: impl Into<PathBuf>, at: LinearizeAt) -> Self {
         let (model, choices) = model(path);
         LinearizeRequest { model, choices, data: None, at, solve: Solve::default() }
     }
 }
 
-/// What an equation lacks, from what was measured.
+/// The missing term of an equation, from measurements.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct InvertRequest {
-    /// The model, and the recording with what was measured.
+    /// The model and the recording.
     pub run: RunRequest,
     /// Label of the equation.
     pub equation: String,
-    /// Outputs to take readings of; all that were measured where there is none.
+    /// Outputs to use; all measured ones by default.
     pub outputs: Vec<String>,
-    /// Half the width of the window that means are taken over, s; the most likely where there is none.
+    /// Half the width of the averaging window, s; by default the most likely.
     pub bandwidth: Option<f64>,
-    /// Unit of what is missing; where there is none, that of the first quantity of the model which measures the same.
+    /// Unit of the missing term; by default that of the first quantity of the model with the same dimension.
     pub unit: Option<String>,
-    /// Whether a smoother's estimate with the whole model stands beside it.
+    /// Whether to add a smoothed estimate from the whole model.
     pub with_estimate: bool,
 }
 
 impl InvertRequest {
-    /// Of this equation.
+    /// Inverts this equation.
     pub fn new(run: RunRequest, equation: impl Into<String>) -> Self {
         InvertRequest {
             run,

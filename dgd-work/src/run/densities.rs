@@ -1,4 +1,4 @@
-//! Where the noise of an output is more than a number: which work takes it, and which does not.
+//! Outputs whose noise is more than a number: which tasks accept them.
 
 use std::path::PathBuf;
 
@@ -12,11 +12,11 @@ use crate::error::WorkError;
 use crate::request::{Estimator, FitRequest, NoiseFrom};
 use crate::session::Session;
 
-/// Refuses a model whose outputs say more of their noise than a number, for work that takes a standard deviation.
+/// Refuses a model with noise other than a number, for tasks that need a single standard deviation.
 ///
 /// # Errors
 ///
-/// [`WorkError::Usage`], which names the output.
+/// [`WorkError::Usage`] with the name of the output.
 pub(crate) fn refuse(signature: &Signature, who: &str) -> Result<(), WorkError> {
     let Some(density) = signature.densities.first() else { return Ok(()) };
     let name = &signature.outputs[density.output].name;
@@ -26,17 +26,17 @@ pub(crate) fn refuse(signature: &Signature, who: &str) -> Result<(), WorkError> 
     )))
 }
 
-/// Says that standard deviations of readings are not used, and what is instead.
+/// Remarks that standard deviations of readings are ignored, and what is used instead.
 pub(crate) fn remark_unused(output: &str, instead: &str, session: Session<'_>) {
     session.remark(&format!("the column `std({output})` is not used: {instead}"));
 }
 
-/// The noise of each output that is used and measured.
+/// The noise of each used and measured output.
 ///
 /// # Errors
 ///
-/// [`WorkError::Usage`]: a recording lacks the standard deviations that others have, or what is asked for takes none
-/// that change.
+/// [`WorkError::Usage`]: a recording lacks the standard deviations that others have, or the requested options do not
+/// support variable ones.
 pub(crate) fn of_outputs(
     signature: &Signature,
     model: &Model,
@@ -46,17 +46,17 @@ pub(crate) fn of_outputs(
     valid: &[Recording],
 ) -> Result<Vec<Option<Noise>>, WorkError> {
     let is_measured = |i: usize| train.iter().any(|recording| recording.measured[i].is_some());
-    let mut all = Vec::with_capacity(signature.outputs.len());
+    let mut noises = Vec::with_capacity(signature.outputs.len());
     for (i, output) in signature.outputs.iter().enumerate() {
         if !used[i] || !is_measured(i) || signature.is_deviation(i) {
-            all.push(None);
+            noises.push(None);
             continue;
         }
         let has_column =
             train.iter().chain(valid).any(|recording| recording.deviations_of(i).is_some());
-        all.push(Some(match (signature.density(i), output.noise, request.noise) {
+        noises.push(Some(match (signature.density(i), output.noise, request.noise) {
             (Some(density), ..) => {
-                // The filter of a prediction error knows one σ of an output, whether given or a parameter.
+                // The filter of a prediction error supports one σ per output, whether given or a parameter.
                 let is_level = request.regression.estimator == Estimator::PredictionError
                     && parameter_of(model, density).is_some();
                 if !is_level {
@@ -75,10 +75,10 @@ pub(crate) fn of_outputs(
             (None, None, _) | (None, Some(_), NoiseFrom::Estimated) => Noise::Estimated,
         }));
     }
-    Ok(all)
+    Ok(noises)
 }
 
-/// The parameter that is the standard deviation of a normal density as it stands.
+/// The parameter that directly is the standard deviation of a normal density.
 pub(crate) fn parameter_of(model: &Model, density: Density) -> Option<usize> {
     let is_normal = density.distribution == Distribution::Normal;
     match model.graph.node(model.outputs[density.deviation].value) {
@@ -87,7 +87,7 @@ pub(crate) fn parameter_of(model: &Model, density: Density) -> Option<usize> {
     }
 }
 
-/// Whether what is asked for knows likelihoods of single readings.
+/// Whether the requested options support likelihoods of single readings.
 fn verify_takes_densities(request: &FitRequest, what: &str) -> Result<(), WorkError> {
     let refused = |who: &str| Err(WorkError::Usage(format!("{what}, which {who} does not take")));
     let estimator = request.regression.estimator;

@@ -1,4 +1,4 @@
-//! A model's equations at single points, in declared units: for solvers outside dgd.
+//! A model's equations at single points, in declared units, for external solvers.
 
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Loaded;
@@ -12,8 +12,8 @@ use crate::request::RunRequest;
 use crate::run::Run;
 use crate::session::Session;
 
-/// The equations M ẏ = f(t, y, u(t), p) of a model and its outputs w(t, y, u(t), p), with recorded inputs, in the modes
-/// that it starts in.
+/// The equations M ẏ = f(t, y, u(t), p) of a model and its outputs w(t, y, u(t), p), with recorded inputs, in the
+/// initial modes.
 ///
 /// | numbers | unit |
 /// |---|---|
@@ -28,7 +28,7 @@ pub struct Equations {
     p: Vec<f64>,
     inputs: Inputs,
     times: Vec<f64>,
-    /// What it starts with, SI, or why it cannot.
+    /// Initial unknowns, SI, or the reason why they could not be computed.
     start: Result<Vec<f64>, String>,
     z: Vec<f64>,
     mass: Vec<f64>,
@@ -41,9 +41,9 @@ pub struct At<'a> {
     pub t: f64,
     /// Unknowns.
     pub y: &'a [f64],
-    /// Inputs; those of the data where there is nothing.
+    /// Inputs; by default those of the data.
     pub u: Option<&'a [f64]>,
-    /// Parameters, all of them; those of the model where there is nothing.
+    /// All parameters; by default those of the model.
     pub p: Option<&'a [f64]>,
 }
 
@@ -59,7 +59,7 @@ struct Numbers {
 ///
 /// # Errors
 ///
-/// [`WorkError`]: mistakes in model or data, or equations that read what was earlier, which are functions of no point.
+/// [`WorkError`]: mistakes in model or data, or delayed equations, which are not functions of a single point.
 pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations, WorkError> {
     let mut request = request.clone();
     if request.data.is_none() {
@@ -83,13 +83,13 @@ pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations
     };
     let Run { system, p, inputs, times, .. } = run;
     let mut mass = vec![0.0; system.signature().unknowns.len()];
-    let at = Point { t: times[0], y: &[], u: &[], p: &p, z: &z };
-    system.mass(at, &mut mass);
+    let point = Point { t: times[0], y: &[], u: &[], p: &p, z: &z };
+    system.mass(point, &mut mass);
     Ok(Equations { system, p, inputs, times, start, z, mass })
 }
 
 impl Equations {
-    /// What the model says of itself.
+    /// The signature of the model.
     pub fn signature(&self) -> &Signature {
         self.system.signature()
     }
@@ -106,15 +106,15 @@ impl Equations {
 
     /// The parameters.
     pub fn parameters(&self) -> Vec<f64> {
-        let all = self.signature().parameters.iter().zip(&self.p);
-        all.map(|(parameter, p)| parameter.unit.from_si(*p)).collect()
+        let values = self.signature().parameters.iter().zip(&self.p);
+        values.map(|(parameter, p)| parameter.unit.from_si(*p)).collect()
     }
 
-    /// Unknowns at the first time, which fulfil the algebraic equations.
+    /// Unknowns at the first time, consistent with the algebraic equations.
     ///
     /// # Errors
     ///
-    /// [`WorkError::Computation`]: there are none.
+    /// [`WorkError::Computation`]: there are no consistent ones.
     pub fn start(&self) -> Result<Vec<f64>, WorkError> {
         let start = self.start.as_ref();
         let y = start.map_err(|error| WorkError::Computation(error.clone()))?;
@@ -126,7 +126,7 @@ impl Equations {
     ///
     /// # Errors
     ///
-    /// [`WorkError::Found`]: the data does not reach so far.
+    /// [`WorkError::Found`]: the time is beyond the data.
     pub fn inputs(&self, t: f64) -> Result<Vec<f64>, WorkError> {
         let u = self.inputs_si(t)?;
         let declared = self.signature().inputs.iter();
@@ -137,7 +137,7 @@ impl Equations {
     ///
     /// # Errors
     ///
-    /// As [`Self::inputs`], and [`WorkError::Usage`] where a list has another length.
+    /// Those of [`Self::inputs`], and [`WorkError::Usage`] if a list has the wrong length.
     pub fn rhs(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
         let numbers = self.numbers(at)?;
         let mut f = vec![0.0; numbers.y.len()];
@@ -152,7 +152,7 @@ impl Equations {
     ///
     /// # Errors
     ///
-    /// As [`Self::rhs`].
+    /// Those of [`Self::rhs`].
     pub fn jacobian(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
         let numbers = self.numbers(at)?;
         let (signature, n) = (self.signature(), numbers.y.len());
@@ -168,7 +168,7 @@ impl Equations {
     ///
     /// # Errors
     ///
-    /// As [`Self::rhs`].
+    /// Those of [`Self::rhs`].
     pub fn parameter_jacobian(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
         let numbers = self.numbers(at)?;
         let signature = self.signature();
@@ -183,7 +183,7 @@ impl Equations {
     ///
     /// # Errors
     ///
-    /// As [`Self::rhs`].
+    /// Those of [`Self::rhs`].
     pub fn outputs(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
         let numbers = self.numbers(at)?;
         let outputs = &self.signature().outputs;
@@ -197,12 +197,12 @@ impl Equations {
         Point { t: *t, y, u, p, z: &self.z }
     }
 
-    /// SI units in one unit of a row of f.
+    /// Number of SI units in the unit of a row of f.
     fn factor_of_row(&self, i: usize) -> f64 {
         if self.mass[i] == 0.0 { 1.0 } else { self.signature().unknowns.unit(i).factor }
     }
 
-    /// A matrix of rows of f in declared units; `factor` has the SI units in one unit of a column.
+    /// A matrix of rows of f in declared units; `factor` gives the number of SI units in the unit of a column.
     fn dense(
         &self,
         pattern: &Pattern,
@@ -301,13 +301,13 @@ output T_s [degF] = T
         let inputs = oven.inputs(300.0).unwrap_or_else(|error| panic!("{error}"));
         close(inputs[0], 1.5);
         close(inputs[1], 23.0);
-        let at = At { t: 300.0, y: &[33.0, 40.0], u: None, p: None };
-        let f = oven.rhs(at).unwrap_or_else(|error| panic!("{error}"));
+        let first = At { t: 300.0, y: &[33.0, 40.0], u: None, p: None };
+        let f = oven.rhs(first).unwrap_or_else(|error| panic!("{error}"));
         close(f[0], (1500.0 - 40.0) / 20e3);
         close(f[1].abs(), (5.0 * 10.0 + 0.1 - 40.0_f64).abs());
-        let w = oven.outputs(at).unwrap_or_else(|error| panic!("{error}"));
+        let w = oven.outputs(first).unwrap_or_else(|error| panic!("{error}"));
         close(w[0], 33.0 * 1.8 + 32.0);
-        let other = At { u: Some(&[0.04, 23.0]), p: Some(&[10.0, 5.0]), ..at };
+        let other = At { u: Some(&[0.04, 23.0]), p: Some(&[10.0, 5.0]), ..first };
         close(oven.rhs(other).unwrap_or_else(|error| panic!("{error}"))[0], 0.0);
     }
 
@@ -317,12 +317,12 @@ output T_s [degF] = T
         let y = [33.0, 40.0];
         let p = oven.parameters();
         let rhs = |y: &[f64], p: &[f64]| {
-            let at = At { t: 300.0, y, u: None, p: Some(p) };
-            oven.rhs(at).unwrap_or_else(|error| panic!("{error}"))
+            let moved = At { t: 300.0, y, u: None, p: Some(p) };
+            oven.rhs(moved).unwrap_or_else(|error| panic!("{error}"))
         };
-        let at = At { t: 300.0, y: &y, u: None, p: Some(&p) };
-        let of_y = oven.jacobian(at).unwrap_or_else(|error| panic!("{error}"));
-        let of_p = oven.parameter_jacobian(at).unwrap_or_else(|error| panic!("{error}"));
+        let point = At { t: 300.0, y: &y, u: None, p: Some(&p) };
+        let of_y = oven.jacobian(point).unwrap_or_else(|error| panic!("{error}"));
+        let of_p = oven.parameter_jacobian(point).unwrap_or_else(|error| panic!("{error}"));
         for j in 0..2 {
             let moved = |list: &[f64], h: f64| {
                 let mut moved = list.to_vec();

@@ -1,4 +1,4 @@
-//! Where a run does not keep what the model's text gives: start values that its equations replace, and states that jump.
+//! Initial values that the equations override, and states that jump.
 
 use std::collections::BTreeSet;
 
@@ -12,8 +12,8 @@ use crate::session::Session;
 /// Digits of values in notes.
 const DIGITS: i32 = 6;
 
-/// Names of the model's states whose start values hold; of arrays, without an index. A state whose derivative no equation
-/// has, as in the static form of a model, is solved for, and its start value is a first guess.
+/// Names of the model's states whose initial values apply; arrays without an index. A state without a derivative in the
+/// equations, as in the static form of a model, is algebraic, and its initial value is a guess.
 pub(super) fn declared_states(model: &Model) -> BTreeSet<String> {
     let sides = model.equations_and_loops().flat_map(|equation| [equation.left, equation.right]);
     let rates = model.graph.listed(sides).into_iter().filter_map(|(_, node)| match node {
@@ -32,7 +32,7 @@ fn is_declared(states: &BTreeSet<String>, name: &str) -> bool {
         || name.rsplit_once('[').is_some_and(|(array, _)| is_declared(states, array))
 }
 
-/// Whether equations may leave no room for the start value of one of these states.
+/// Whether equations may override the initial value of one of these states.
 pub(super) fn may_be_dropped(signature: &Signature, states: &BTreeSet<String>) -> bool {
     let unknowns = &signature.unknowns;
     !signature.starts_at_rest
@@ -40,7 +40,7 @@ pub(super) fn may_be_dropped(signature: &Signature, states: &BTreeSet<String>) -
             .any(|i| !unknowns.is_differential(i) && is_declared(states, &unknowns.name(i)))
 }
 
-/// Names the declared start values that the equations leave no room for; `replaced` are given otherwise.
+/// Reports the declared initial values that the equations override; those of `replaced` come from elsewhere.
 pub(super) fn tell_what_is_dropped(
     signature: &Signature,
     states: &BTreeSet<String>,
@@ -63,7 +63,7 @@ pub(super) fn tell_what_is_dropped(
     }
 }
 
-/// Names the states that have jumped without a sum that is conserved.
+/// Reports the states that have jumped without a conserved sum.
 pub(crate) fn tell_jumps(signature: &Signature, solution: &Solution, session: Session<'_>) {
     for jump in &solution.jumps {
         let (name, unit) =
@@ -88,7 +88,7 @@ pub(crate) fn tell_jumps(signature: &Signature, solution: &Solution, session: Se
     }
 }
 
-/// A number in SI in a declared unit.
+/// An SI number in a declared unit.
 fn shown(value: f64, unit: &Unit) -> String {
     with_unit(short(unit.from_si(value), DIGITS), &unit.symbol)
 }

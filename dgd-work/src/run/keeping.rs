@@ -1,4 +1,4 @@
-//! Runs that go on where another one was ended: finished work is kept beside the results until they are written.
+//! Resumable runs: a journal of finished work is kept beside the results until they are written.
 
 use dgd_data::files::journal::{Before, JournalError, Opening, RunJournal};
 use dgd_identify::journal::Digest;
@@ -7,7 +7,7 @@ use crate::error::WorkError;
 use crate::request::Keep;
 use crate::session::Session;
 
-/// Checks that there can be something to go on from.
+/// Checks that there is a journal to resume from.
 pub(crate) fn verify(keep: &Keep) -> Result<(), WorkError> {
     if keep.resume && keep.out.is_none() {
         return Err(WorkError::Usage(
@@ -18,8 +18,8 @@ pub(crate) fn verify(keep: &Keep) -> Result<(), WorkError> {
     Ok(())
 }
 
-/// Where what is finished is kept until the run ends, if it can be: beside the results. `input` is a digest of all
-/// that it depends on.
+/// The journal of finished work, if the request allows one, kept beside the results until the run ends. `input` is a
+/// digest of everything that the work depends on.
 pub(crate) fn journal(
     keep: &Keep,
     input: impl FnOnce() -> Digest,
@@ -64,8 +64,8 @@ pub(crate) fn journal(
     }
 }
 
-/// Whose journal it is: that of the input and of this program, since another build may compute other digits. A copy of
-/// the program is the same program.
+/// The owner of a journal: the input and this program, because another build may compute different digits. Copies of a
+/// program are equal.
 fn owner(input: Digest) -> Digest {
     let program = std::env::current_exe().and_then(std::fs::read);
     let program = program.map(|bytes| Digest::EMPTY.bytes(&bytes).value()).ok();

@@ -1,22 +1,22 @@
-//! Whether there is enough memory for a run, a fit, a search or an ensemble.
+//! Memory checks for runs, fits, searches and ensembles.
 
 use crate::error::WorkError;
 
-/// Vectors of all unknowns that a run works with, in round numbers.
+/// Approximate number of work vectors of all unknowns in a run.
 const VECTORS: f64 = 40.0;
 
 /// Memory for one purpose.
 pub(crate) struct Demand {
     bytes: f64,
-    /// What it is for, and what to do.
+    /// Its purpose, and how to reduce it.
     reason: String,
 }
 
-/// What a run keeps at each of its rows, and works with.
+/// Sizes of the rows and of the work space of a run.
 #[derive(Clone, Copy)]
 pub(crate) struct Needs {
     pub unknowns: usize,
-    /// Those that are kept at each row.
+    /// Number of unknowns kept at each row.
     pub kept: usize,
     pub outputs: usize,
     pub inputs: usize,
@@ -25,7 +25,7 @@ pub(crate) struct Needs {
 }
 
 impl Needs {
-    /// Bytes of the rows: results, and once more the columns that are made of them.
+    /// Bytes of the rows: results, and the columns made from them.
     fn of_rows(&self) -> f64 {
         let values = (self.kept + self.outputs) as f64 * (1.0 + self.directions as f64);
         8.0 * self.rows as f64 * (1.0 + self.inputs as f64 + 2.0 * values)
@@ -56,7 +56,7 @@ impl Needs {
         format!("{} of {values}{}", counted(self.rows, "row"), self.derivatives())
     }
 
-    /// Of a run.
+    /// Demands of a run.
     pub(crate) fn demands(&self) -> [Demand; 2] {
         let (fewer, smaller) = match self.directions {
             0 => ("", "a smaller model"),
@@ -78,8 +78,8 @@ impl Needs {
         ]
     }
 
-    /// Of so many runs side by side, each of a recording, from which `estimates` numbers are found.
-    /// `self.directions` are those whose derivatives are kept at each row.
+    /// Demands of this many parallel runs, one for each recording, from which `estimates` numbers are estimated.
+    /// `self.directions` counts the derivatives kept at each row.
     pub(crate) fn demands_of_fit(
         &self,
         side_by_side: usize,
@@ -121,7 +121,7 @@ impl Needs {
         ]
     }
 
-    /// Of an ensemble: `packed` runs at a time that keep all unknowns, and `held` results with so many
+    /// Demands of an ensemble: `packed` simultaneous runs that keep all unknowns, and `held` results with this many
     /// columns.
     pub(crate) fn demands_of_ensemble(
         &self,
@@ -158,14 +158,14 @@ fn counted(count: usize, what: &str) -> String {
     }
 }
 
-/// Refuses work that needs more memory than is free; `what` does it.
+/// Refuses work that needs more memory than is free; `what` names it.
 pub(crate) fn verify(what: &str, demands: &[Demand]) -> Result<(), WorkError> {
     within(what, demands, available())
 }
 
 fn within(what: &str, demands: &[Demand], available: Option<f64>) -> Result<(), WorkError> {
     let needed: f64 = demands.iter().map(|demand| demand.bytes).sum();
-    // No machine has more, whatever its system says of itself.
+    // No machine has more, whatever its system reports.
     let available = available.unwrap_or(MOST);
     let largest = demands.iter().max_by(|a, b| a.bytes.total_cmp(&b.bytes));
     match largest {
@@ -179,10 +179,10 @@ fn within(what: &str, demands: &[Demand], available: Option<f64>) -> Result<(), 
     }
 }
 
-/// Where a system does not say how much memory is free: a terabyte.
+/// Assumed memory if a system does not report it: a terabyte.
 const MOST: f64 = 1e12;
 
-/// A number of bytes as people write it.
+/// A number of bytes in a readable unit.
 fn size(bytes: f64) -> String {
     let units = ["kB", "MB", "GB", "TB", "PB", "EB"];
     let mut value = bytes / 1e3;
@@ -195,14 +195,14 @@ fn size(bytes: f64) -> String {
     format!("{value:.digits$} {}", units[unit])
 }
 
-/// Bytes that a process can still have, those of a disk included where its data may lie there. `None` where the
-/// system does not say.
+/// Bytes that a process can still allocate, including disk space for scratch data. `None` if the system does not report
+/// it.
 fn available() -> Option<f64> {
     let on_disk = dgd_scratch::room().map_or(0.0, |bytes| bytes as f64);
     free_memory().map(|free| free + on_disk)
 }
 
-/// Those that Linux says are available, or fewer where a group of processes or this one has a limit.
+/// Memory that Linux reports as available, less if a control group or this process has a limit.
 fn free_memory() -> Option<f64> {
     let of_machine = std::fs::read_to_string("/proc/meminfo").ok()?;
     let free = field(&of_machine, "MemAvailable:")? * 1024.0;
@@ -211,16 +211,16 @@ fn free_memory() -> Option<f64> {
     };
     let left =
         of_group("memory.max").zip(of_group("memory.current")).map(|(most, used)| most - used);
-    let own = |file: &str| std::fs::read_to_string(format!("/proc/self/{file}")).ok();
-    let of_process = own("limits").zip(own("status")).and_then(|(limits, status)| {
-        // Its first number; `unlimited` is none.
+    let of_this = |file: &str| std::fs::read_to_string(format!("/proc/self/{file}")).ok();
+    let of_process = of_this("limits").zip(of_this("status")).and_then(|(limits, status)| {
+        // Its first number; `unlimited` is not one.
         Some(field(&limits, "Max address space")? - field(&status, "VmSize:")? * 1024.0)
     });
     let most = left.into_iter().chain(of_process).map(|left| left.max(0.0));
     Some(most.fold(free, f64::min))
 }
 
-/// The number behind a name at the start of a line.
+/// The number after a name at the start of a line.
 fn field(text: &str, name: &str) -> Option<f64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next()?.parse().ok()
@@ -243,16 +243,16 @@ mod tests {
 
     #[test]
     fn a_run_needs_memory_for_what_it_keeps() {
-        // Forty vectors, and little beside them.
+        // Forty vectors, and little else.
         assert!(within("the run", &needs().demands(), Some(0.33e9)).is_ok());
         assert_eq!(
             refusal("the run", &needs().demands(), 0.3e9),
             "the run needs about 320 MB of memory, and 300 MB is free: it steps 1000000 unknowns; \
              ask for a smaller model"
         );
-        let all = Needs { kept: 1_000_000, directions: 4, ..needs() };
+        let full = Needs { kept: 1_000_000, directions: 4, ..needs() };
         assert_eq!(
-            refusal("the run", &all.demands(), 2e9),
+            refusal("the run", &full.demands(), 2e9),
             "the run needs about 82 GB of memory, and 2.0 GB is free: it keeps 1000 rows of \
              1000000 unknowns and 2 outputs with 4 derivatives each; ask for fewer rows \
              (`--every`, `--from`, `--until`), or for fewer derivatives (`--to`)"
@@ -263,15 +263,15 @@ mod tests {
     fn a_fit_needs_memory_for_recordings_side_by_side_and_for_its_estimates() {
         let small = Needs { unknowns: 3, kept: 3, ..needs() };
         assert!(within("the fit", &small.demands_of_fit(2, 5, 4), Some(1e6)).is_ok());
-        let all = Needs { kept: 1_000_000, ..needs() };
+        let full = Needs { kept: 1_000_000, ..needs() };
         assert_eq!(
-            refusal("the fit", &all.demands_of_fit(2, 5, 1), 20e9),
+            refusal("the fit", &full.demands_of_fit(2, 5, 1), 20e9),
             "the fit needs about 33 GB of memory, and 20 GB is free: it simulates 2 recordings at a \
              time, each with 1000 rows of 1000000 unknowns and 2 outputs; use shorter recordings \
              (`--from`, `--until`), or fewer threads (`--threads`)"
         );
         assert_eq!(
-            refusal("the fit", &Needs { rows: 2, ..all }.demands_of_fit(1, 1, 100), 20e9),
+            refusal("the fit", &Needs { rows: 2, ..full }.demands_of_fit(1, 1, 100), 20e9),
             "the fit needs about 32 GB of memory, and 20 GB is free: it steps 1000000 unknowns with \
              100 derivatives each; estimate fewer numbers (`--fix`)"
         );
@@ -292,9 +292,9 @@ mod tests {
              columns for 1000000 sets; ask for fewer rows (`--every`, `--from`, `--until`) or fewer \
              sets, or write a table (`-o x.csv`) without `--plot`"
         );
-        let all = Needs { kept: 1_000_000, ..needs() };
+        let full = Needs { kept: 1_000_000, ..needs() };
         assert_eq!(
-            refusal("the ensemble", &all.demands_of_ensemble(8, 64, 3), 1e9),
+            refusal("the ensemble", &full.demands_of_ensemble(8, 64, 3), 1e9),
             "the ensemble needs about 131 GB of memory, and 1.0 GB is free: it runs 8 sets at a time, \
              each with 1000 rows of 1000000 unknowns and 2 outputs; ask for fewer rows (`--every`, \
              `--from`, `--until`) or fewer threads (`--threads`)"

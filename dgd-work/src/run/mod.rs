@@ -1,4 +1,4 @@
-//! What commands that run a model once share: data, start values, times, the simulation itself.
+//! Common parts of commands that run a model once: data, initial values, times, the simulation itself.
 
 pub(crate) mod densities;
 pub(crate) mod equations;
@@ -37,7 +37,7 @@ use crate::session::Session;
 pub use recording::Measured;
 use recording::{Clock, Recording};
 
-/// Rows of a run that no data file and no `--every` give.
+/// Rows of a run without a data file or `--every`.
 const DEFAULT_ROWS: u32 = 1000;
 
 /// Most rows a run may have; more is a mistyped `--every`.
@@ -49,21 +49,21 @@ pub(crate) struct Run {
     /// Parameters, SI.
     pub p: Vec<f64>,
     pub inputs: Inputs,
-    /// Start values that replace the model's.
+    /// Initial values that replace the model's.
     pub start: Vec<(usize, f64)>,
     /// Times of the rows.
     pub times: Vec<f64>,
-    /// The stamp of time zero, where the data's times are stamps.
+    /// The timestamp of time zero, if the data has timestamps.
     pub epoch: Option<Epoch>,
-    /// Measured outputs, where the data has them.
+    /// Measured outputs in the data.
     pub measured: Measured,
     pub options: Options,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
 }
 
 impl Run {
-    /// Reads the data, builds the inputs, finds times and start values.
+    /// Reads the data, builds the inputs, and determines times and initial values.
     pub(crate) fn prepare(
         args: &RunRequest,
         loaded: LoadedModel,
@@ -127,8 +127,8 @@ impl Run {
         Ok(run)
     }
 
-    /// Names the conditions that hold from the start, and therefore do nothing yet, and the declared start values that
-    /// do not hold.
+    /// Reports the conditions that hold from the start, and therefore do nothing yet, and the declared initial values
+    /// that do not hold.
     fn tell_of_the_start(
         &self,
         conditions: &[String],
@@ -140,7 +140,7 @@ impl Run {
         if !looks || !session.listener.hears_remarks() {
             return;
         }
-        // What keeps the run from starting is said by the run.
+        // The run itself reports why it cannot start.
         let Ok(start) = consistent_start(&self.problem(), self.times[0], &self.options) else {
             return;
         };
@@ -154,12 +154,12 @@ impl Run {
         }
     }
 
-    /// Names what the equations conserve: a start at rest keeps its declared total.
+    /// Reports conserved quantities: a start in steady state keeps their declared totals.
     fn tell_what_is_kept(&self, session: Session<'_>) {
         if !self.signature().starts_at_rest || !session.listener.hears_remarks() {
             return;
         }
-        // What keeps the run from starting is said by the run.
+        // The run itself reports why it cannot start.
         let Ok(found) = rest(&self.problem(), self.times[0], &self.options) else { return };
         let kept: Vec<(String, String)> =
             found.conserved.iter().map(|own| combination(self.signature(), own)).collect();
@@ -169,10 +169,11 @@ impl Run {
                 "note: the equations conserve `{formula}`, which keeps its declared value, {value}"
             )),
             several => {
-                let all = several.iter().map(|(formula, value)| format!("`{formula}` = {value}"));
-                let all = all.collect::<Vec<_>>().join(", ");
+                let values =
+                    several.iter().map(|(formula, value)| format!("`{formula}` = {value}"));
+                let values = values.collect::<Vec<_>>().join(", ");
                 session.remark(&format!(
-                    "note: the equations conserve what follows, which keeps its declared values: {all}"
+                    "note: the equations conserve what follows, which keeps its declared values: {values}"
                 ));
             }
         }
@@ -182,10 +183,10 @@ impl Run {
         Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
     }
 
-    /// When it begins and ends, s.
+    /// First and last time, s.
     pub(crate) fn span(&self) -> [f64; 2] {
-        let at = |time: Option<&f64>| time.copied().unwrap_or(0.0);
-        [at(self.times.first()), at(self.times.last())]
+        let or_zero = |time: Option<&f64>| time.copied().unwrap_or(0.0);
+        [or_zero(self.times.first()), or_zero(self.times.last())]
     }
 
     pub(crate) fn signature(&self) -> &Signature {
@@ -195,26 +196,26 @@ impl Run {
     /// The i-th input at the times of a solution, SI.
     pub(crate) fn input_values(&self, solution: &Solution, i: usize) -> Vec<f64> {
         let mut u = vec![0.0; self.inputs.len()];
-        let at = |k: usize| {
+        let value = |k: usize| {
             self.inputs.value(solution.times[k], solution.side(k), &mut u);
             u[i]
         };
-        (0..solution.len()).map(at).collect()
+        (0..solution.len()).map(value).collect()
     }
 
-    /// Unknowns in front of those that are elements of arrays.
+    /// Number of unknowns that are not elements of arrays, which come first.
     pub(crate) fn single_unknowns(&self) -> usize {
-        let all = self.signature().unknowns.iter().enumerate();
-        all.filter(|(_, x)| !is_element(&x.name)).last().map_or(0, |(last, _)| last + 1)
+        let unknowns = self.signature().unknowns.iter().enumerate();
+        unknowns.filter(|(_, x)| !is_element(&x.name)).last().map_or(0, |(last, _)| last + 1)
     }
 
-    /// Runs the model and evaluates its outputs. Of the elements of arrays, which stand behind all other
-    /// unknowns, nothing is kept but what outputs make of them.
+    /// Runs the model and evaluates its outputs. Elements of arrays, which come after all other unknowns, are dropped
+    /// once the outputs are computed.
     pub(crate) fn simulate(&self) -> Result<Reached, WorkError> {
         self.simulate_with(&[])
     }
 
-    /// The same, with these elements of arrays behind the single unknowns.
+    /// The same, keeping these elements of arrays after the single unknowns.
     pub(crate) fn simulate_with(&self, elements: &[usize]) -> Result<Reached, WorkError> {
         let single = self.single_unknowns();
         self.verify_memory(single + elements.len(), 0)?;
@@ -227,12 +228,13 @@ impl Run {
         })
     }
 
-    /// Refuses a run that needs more memory than is free, with so many unknowns kept and so many directions.
+    /// Refuses a run that needs more memory than is free, with `kept` unknowns and `n_s` directions.
     fn verify_memory(&self, kept: usize, n_s: usize) -> Result<(), WorkError> {
         let signature = self.signature();
         let n = signature.unknowns.len();
-        let all = outputs_are_late(signature) || matches!(self.options.steps, Steps::PerSample(_));
-        let kept = if all { n } else { kept };
+        let keeps_all =
+            outputs_are_late(signature) || matches!(self.options.steps, Steps::PerSample(_));
+        let kept = if keeps_all { n } else { kept };
         let needs = memory::Needs {
             unknowns: n,
             kept,
@@ -270,7 +272,7 @@ impl Run {
     }
 }
 
-/// Refuses a fit or search that needs more memory than is free, of so many threads.
+/// Refuses a fit or search on this many threads that needs more memory than is free.
 pub(crate) fn verify_memory_of_fit(
     what: &str,
     signature: &Signature,
@@ -294,14 +296,14 @@ pub(crate) fn verify_memory_of_fit(
     memory::verify(what, &needs.demands_of_fit(side_by_side, recordings.len(), n_s))
 }
 
-/// Whether a run keeps all unknowns for outputs that are read late.
+/// Whether a run keeps all unknowns because of delayed outputs.
 fn outputs_are_late(signature: &Signature) -> bool {
     signature.outputs.iter().any(|output| output.delay.is_some())
 }
 
-/// The conditions of a model's transitions as they are written, in their order.
+/// The conditions of a model's transitions as written, in order.
 fn conditions(model: &Model, sources: &Sources) -> Vec<String> {
-    let of = |automaton: &Automaton, transition: &Transition| match automaton.origin {
+    let text = |automaton: &Automaton, transition: &Transition| match automaton.origin {
         Origin::When => format!("when {}", automaton.name),
         Origin::Every => format!("every {}", automaton.name),
         Origin::Modes => {
@@ -312,14 +314,14 @@ fn conditions(model: &Model, sources: &Sources) -> Vec<String> {
         }
     };
     let automata = model.automata.iter();
-    automata.flat_map(|a| a.transitions.iter().map(move |t| of(a, t))).collect()
+    automata.flat_map(|a| a.transitions.iter().map(move |t| text(a, t))).collect()
 }
 
-/// A run as far as it went.
+/// A run as far as it got.
 pub(crate) struct Reached {
     pub solution: Solution,
     pub observations: Observations,
-    /// Why it did not go to the end.
+    /// Why it did not reach the end.
     pub stopped: Option<IntegrateError>,
 }
 
@@ -336,7 +338,7 @@ fn needs_data(signature: &Signature) -> WorkError {
     ))
 }
 
-/// A program as a system, with the engine that was asked for.
+/// Loads a program with the requested engine.
 pub(crate) fn executable(program: Program, args: &Solve) -> Result<dgd_execute::Loaded, WorkError> {
     let engine = args.engine;
     let system = dgd_execute::Loaded::with_engine(program, engine);
@@ -346,7 +348,7 @@ pub(crate) fn executable(program: Program, args: &Solve) -> Result<dgd_execute::
     Ok(system)
 }
 
-/// How to integrate.
+/// Integration options.
 pub(crate) fn options(args: &Solve) -> Result<Options, WorkError> {
     let mut options = Options {
         rtol: args.rtol,
@@ -355,14 +357,14 @@ pub(crate) fn options(args: &Solve) -> Result<Options, WorkError> {
         ..Options::default()
     };
     if args.method != AUTOMATIC {
-        let found = find_method(&args.method);
-        options.method = found.map_err(|error| WorkError::Usage(error.to_string()))?;
+        let method = find_method(&args.method);
+        options.method = method.map_err(|error| WorkError::Usage(error.to_string()))?;
     }
     options.verify().map_err(|error: BadRequest| WorkError::Computation(error.to_string()))?;
     Ok(options)
 }
 
-/// The same with the method that suits the model, where none was named.
+/// The same with the method that suits the model, unless one was named.
 pub(crate) fn with_method(options: Options, args: &Solve, signature: &Signature) -> Options {
     if args.method == AUTOMATIC {
         Options { method: automatic_method(signature), ..options }
@@ -371,8 +373,7 @@ pub(crate) fn with_method(options: Options, args: &Solve, signature: &Signature)
     }
 }
 
-/// The same with the method that suits steps per sample, where those are asked for and no method is
-/// named.
+/// The same with the method that suits fixed steps per sample, if those are requested and no method is named.
 pub(crate) fn with_method_per_sample(
     options: Options,
     args: &Solve,
@@ -387,8 +388,8 @@ pub(crate) fn with_method_per_sample(
     Ok(Options { method: choice.method, ..options })
 }
 
-/// The same with a method that can begin the runs of these problems, where none was named and the one that
-/// suits the model cannot. It is chosen before the first of them, for all.
+/// The same with a method that can start these runs, if none was named and the one that suits the model cannot. It is
+/// chosen before the first run, for all of them.
 pub(crate) fn with_method_to_begin<'a>(
     options: Options,
     args: &Solve,
@@ -408,7 +409,7 @@ pub(crate) fn with_method_to_begin<'a>(
     Options { method, ..options }
 }
 
-/// Times of the rows: the data's, or every so often.
+/// Times of the rows: the data's, or equidistant.
 fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, WorkError> {
     let sampled = recording.map(|recording| recording.times.as_slice());
     let first = args.solve.from.or(sampled.and_then(|t| t.first().copied())).unwrap_or(0.0);
@@ -449,7 +450,7 @@ fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, W
             short(MOST_ROWS, 2)
         )));
     }
-    // A last step shorter than rounding is left out.
+    // A final step shorter than rounding is left out.
     let whole = (rows + 1e-9).floor();
     let mut times: Vec<f64> = (0..=whole as u64).map(|k| first + k as f64 * every).collect();
     match times.last_mut() {
@@ -459,10 +460,10 @@ fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, W
     Ok(times)
 }
 
-/// Start values that make the first simulated outputs equal the first measured ones.
+/// Initial values that make the first simulated outputs equal to the first measured ones.
 ///
-/// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest
-/// correction (in units of each unknown's size) where the outputs determine less than the states.
+/// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest correction (in units of
+/// each unknown's size) if the outputs do not determine all states.
 pub(crate) fn measured_start(
     problem: &Problem<'_, dgd_execute::Loaded>,
     t: f64,

@@ -1,4 +1,4 @@
-//! Data files as a model sees them: its inputs and measured outputs, in SI.
+//! Data files as inputs and measured outputs of a model, in SI.
 
 use std::path::{Path, PathBuf};
 
@@ -18,23 +18,23 @@ use crate::request::{Solve, Start};
 use crate::run::{densities, measured_start};
 use crate::session::Session;
 
-/// What a data file may be without a time column.
+/// Whether a data file may have no time column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Clock {
-    /// Nothing.
+    /// It must have one.
     Time,
-    /// Independent rows, for a model whose outputs depend on nothing but the inputs at the same time. They
-    /// are taken as if there were one a second.
+    /// It may hold independent rows, for a model whose outputs depend only on the inputs at the same time. They are
+    /// read as one row per second.
     Rows,
 }
 
-/// A data file as far as the model knows it, SI.
+/// The columns of a data file that the model uses, SI.
 pub(crate) struct Recording {
-    /// What the file has.
+    /// How its rows are timed.
     pub clock: Clock,
-    /// Digest of its bytes; none of a stream.
+    /// Digest of its bytes; none for a stream.
     pub digest: Option<u128>,
-    /// The stamp of the first row, where times are stamps.
+    /// The timestamp of the first row, if times are timestamps.
     pub epoch: Option<Epoch>,
     pub times: Vec<f64>,
     inputs: Vec<Vec<f64>>,
@@ -42,7 +42,7 @@ pub(crate) struct Recording {
 }
 
 impl Recording {
-    /// What drove the system, as functions of time.
+    /// The inputs as functions of time.
     pub(crate) fn inputs(&self, signature: &Signature) -> Result<Inputs, WorkError> {
         let columns: Vec<Column<'_>> = signature
             .inputs
@@ -58,7 +58,7 @@ impl Recording {
             .map_err(|error| WorkError::Computation(error.to_string()))
     }
 
-    /// Reads a data file; `None` where it has mistakes, which are reported.
+    /// Reads a data file; `None` after mistakes, which are reported.
     pub(crate) fn read(
         path: &Path,
         renames: &[Rename],
@@ -80,7 +80,7 @@ impl Recording {
         let mut recording = read?;
         let outputs = recording.measured.outputs.iter_mut().zip(known.outputs());
         for (samples, output) in outputs {
-            // As if there were no column: nothing was measured.
+            // A column without any value counts as not measured.
             if samples.as_ref().is_some_and(|samples| !samples.iter().any(|y| y.is_finite())) {
                 *samples = None;
                 session.remark(&format!(
@@ -105,14 +105,14 @@ impl Recording {
         let Compilation { sources, diagnostics, .. } = compilation;
         let read =
             |path: &PathBuf| Self::read(path, renames, dae, clock, sources, diagnostics, session);
-        let all: Vec<Recording> = paths.iter().filter_map(read).collect();
+        let recordings: Vec<Recording> = paths.iter().filter_map(read).collect();
         if diagnostics.check().is_err() {
             return Err(WorkError::diagnosed(diagnostics, sources.clone()));
         }
-        Ok(all)
+        Ok(recordings)
     }
 
-    /// What the model knows of a table; `None` where that has mistakes.
+    /// The columns of a table that the model uses; `None` after mistakes.
     pub(crate) fn select(
         table: &Table,
         known: &Known<'_>,
@@ -136,7 +136,7 @@ impl Recording {
         let deviations = select::deviations(table, &known.outputs(), diagnostics);
         let (times, inputs) = (times.ok()?, input_columns.ok()?);
         let (mut outputs, mut deviations) = (output_columns.ok()?, deviations.ok()?);
-        // What the model computes nobody measures.
+        // A computed standard deviation is not a measured output.
         for density in &known.dae.densities {
             outputs[density.deviation] = None;
             if deviations[density.output].take().is_some() {
@@ -160,8 +160,7 @@ impl Recording {
         self.inputs.iter().map(|values| values[row]).collect()
     }
 
-    /// The part between `--from` and `--until` for a fit, with start values from where `--start`
-    /// says.
+    /// The part between `--from` and `--until` for a fit, with initial values from the source given by `--start`.
     pub(crate) fn experiment(
         &self,
         system: &Loaded,
@@ -194,8 +193,8 @@ impl Recording {
     }
 }
 
-/// What recordings are called in results: by their files' names; where two of these are the same, by
-/// the paths as they were given, and by numbers where even these are alike.
+/// Names of recordings in results: their file names; if two are equal, the paths as given, with numbers if even those
+/// are equal.
 pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     let file = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let files: Vec<String> = paths.iter().map(file).collect();
@@ -214,7 +213,7 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     }
 }
 
-/// Columns that a model knows.
+/// Columns that a model uses.
 pub(crate) struct Known<'a> {
     dae: &'a Dae,
     /// Names of outputs that are elements of arrays.
@@ -245,7 +244,7 @@ impl<'a> Known<'a> {
         single.chain(elements).collect()
     }
 
-    /// Names of all columns that a recording has of a file.
+    /// Names of all columns that a recording reads from a file.
     fn wanted(&self) -> Vec<&str> {
         let Known { dae, elements, deviations } = self;
         let inputs = dae.inputs.iter().map(|input| input.declared.name.as_str());
@@ -255,7 +254,7 @@ impl<'a> Known<'a> {
         inputs.chain(outputs).chain(elements).chain(deviations).collect()
     }
 
-    /// Names of all columns that are not worth a remark.
+    /// Names of all columns that need no remark.
     fn names(&self) -> Vec<&str> {
         let unknowns = self.dae.unknowns.iter().map(|unknown| unknown.name.as_str());
         self.wanted().into_iter().chain(unknowns).collect()
@@ -274,7 +273,7 @@ pub struct Measured {
     pub times: Vec<f64>,
     /// For each output of the model, its samples.
     pub outputs: Vec<Option<Vec<f64>>>,
-    /// For each output, the standard deviations of its samples, where the data has them.
+    /// For each output, the standard deviations of its samples, if the data has them.
     pub deviations: Vec<Option<Vec<f64>>>,
 }
 

@@ -1,4 +1,4 @@
-//! Reasons why recordings cannot answer: they rest, are too short, or are there twice.
+//! Reasons why recordings cannot answer: they are steady, too short, or repeated.
 
 use dgd_discover::FEWEST;
 use dgd_identify::Recording;
@@ -6,7 +6,8 @@ use dgd_runtime::{Point, Side, Signature, System, Text};
 
 use crate::output::quantity::short;
 
-/// A validation recording that shares at least this part of its rows with the training counts as trained on.
+/// A validation recording that shares at least this share of its rows with the training recordings counts as trained
+/// on.
 const SAME: f64 = 0.5;
 
 /// A sentence for each reason why recordings may not determine a model with these parameters, SI.
@@ -15,16 +16,16 @@ pub(crate) fn of_recordings<S: System>(
     p: &[f64],
     recordings: &[Recording],
 ) -> Vec<String> {
-    let mut all = Vec::new();
+    let mut reasons = Vec::new();
     if is_at_rest(system.signature(), recordings) {
-        all.push(
+        reasons.push(
             "no input moves in any recording: all there is to go by is how the model settles from its start \
              values, and recordings in which inputs move would say more"
                 .to_owned(),
         );
     }
-    all.extend(delays_that_are_longer(system, p, recordings));
-    all
+    reasons.extend(delays_that_are_longer(system, p, recordings));
+    reasons
 }
 
 /// Whether there are inputs, and all stay constant in all recordings.
@@ -39,7 +40,7 @@ fn is_at_rest(signature: &Signature, recordings: &[Recording]) -> bool {
     !signature.inputs.is_empty() && moments.into_iter().all(&mut stays)
 }
 
-/// A sentence where no output has samples enough in any recording to test more of its errors than their size.
+/// A sentence if no recording has enough samples of any output for tests of its residuals beyond their size.
 pub(crate) fn of_few_samples(signature: &Signature, recordings: &[Recording]) -> Option<String> {
     let is_valid = |value: &&f64| value.is_finite();
     let most = |i: usize| {
@@ -54,7 +55,7 @@ pub(crate) fn of_few_samples(signature: &Signature, recordings: &[Recording]) ->
     ))
 }
 
-/// Delays that no recording is as long as.
+/// Delays longer than every recording.
 fn delays_that_are_longer<S: System>(
     system: &S,
     p: &[f64],
@@ -72,7 +73,7 @@ fn delays_that_are_longer<S: System>(
     };
     let longest = recordings.iter().map(duration).fold(0.0, f64::max);
     let late = names.iter().zip(&tau).filter(|(_, tau)| **tau >= longest);
-    let said = |(name, tau): (&Text, &f64)| {
+    let sentence = |(name, tau): (&Text, &f64)| {
         format!(
             "the delay `{name}` is {} s, and the longest recording lasts {} s: what comes so late is never \
              seen",
@@ -80,11 +81,11 @@ fn delays_that_are_longer<S: System>(
             short(longest, 3)
         )
     };
-    late.map(said).collect()
+    late.map(sentence).collect()
 }
 
-/// Of each validation recording, the position of the training recording that has most of its rows, if one has:
-/// the same times with the same values.
+/// For each validation recording, the index of the training recording that contains most of its rows, if any: the same
+/// times with the same values.
 pub(crate) fn trained_on(train: &[Recording], valid: &[Recording]) -> Vec<Option<usize>> {
     let is_same = |own: &Recording, other: &Recording| {
         let rows = rows(own).count();
@@ -102,7 +103,7 @@ fn rows(recording: &Recording) -> impl Iterator<Item = usize> + '_ {
     (0..recording.times.len()).filter(move |k| has_value(*k))
 }
 
-/// How many rows with a value another recording has, too, to the bit.
+/// Number of rows with a value that are bitwise equal in another recording.
 fn shared(own: &Recording, other: &Recording) -> usize {
     let value = |recording: &Recording, k: usize, i: usize| {
         recording.measured[i].as_ref().map_or(f64::NAN, |samples| samples[k]).to_bits()
@@ -139,12 +140,17 @@ mod tests {
             recording(&[0.0, 1.0], &[7.0, 8.0]),
             recording(&[0.0, 1.0, 1.0, 1.0, 2.0, 5.0], &[1.0, 2.0, 3.0, 4.0, nan, 6.0]),
         ];
-        let of = |times: &[f64], values: &[f64]| trained_on(&train, &[recording(times, values)])[0];
-        assert_eq!(of(&[1.0, 1.0, 3.0, 5.0], &[4.0, 2.0, 9.0, 9.0]), Some(1), "half of the rows");
-        assert_eq!(of(&[1.0, 1.0, 3.0], &[4.0, 9.0, 9.0]), None, "a third of them");
-        assert_eq!(of(&[2.0, 3.0], &[nan, nan]), None, "rows without a value are none");
-        assert_eq!(of(&[0.0, 1.0], &[7.0, 3.0]), Some(0), "the first that has them");
-        assert_eq!(of(&[0.5, 1.5], &[7.0, 8.0]), None, "at other times");
+        let source =
+            |times: &[f64], values: &[f64]| trained_on(&train, &[recording(times, values)])[0];
+        assert_eq!(
+            source(&[1.0, 1.0, 3.0, 5.0], &[4.0, 2.0, 9.0, 9.0]),
+            Some(1),
+            "half of the rows"
+        );
+        assert_eq!(source(&[1.0, 1.0, 3.0], &[4.0, 9.0, 9.0]), None, "a third of them");
+        assert_eq!(source(&[2.0, 3.0], &[nan, nan]), None, "rows without a value are none");
+        assert_eq!(source(&[0.0, 1.0], &[7.0, 3.0]), Some(0), "the first that has them");
+        assert_eq!(source(&[0.5, 1.5], &[7.0, 8.0]), None, "at other times");
         assert_eq!(trained_on(&train, &[]), []);
     }
 }

@@ -1,4 +1,4 @@
-//! How far a single run is, told while it goes on.
+//! Progress of a single run while it goes on.
 
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
@@ -9,11 +9,11 @@ use dgd_runtime::{IntegrateError, Watched};
 use crate::output::quantity::moment;
 use crate::session::Session;
 
-/// Between two looks at the run.
+/// Interval between reports.
 const BETWEEN: Duration = Duration::from_millis(100);
 
-/// Does some work that runs once from one time to another, s, while another thread tells the listener how much of it is
-/// done. Without a [`Watched`], a second thread, or a listener, nothing is reported.
+/// Runs work that proceeds once from one time to another, s, while another thread reports its progress to the listener.
+/// Without a [`Watched`], a second thread, or a listener, nothing is reported.
 pub(crate) fn told<T>(
     session: Session<'_>,
     [from, until]: [f64; 2],
@@ -30,14 +30,14 @@ pub(crate) fn told<T>(
             }
         };
         let teller = std::thread::Builder::new().spawn_scoped(scope, tell);
-        // Also where the work panics: the scope waits for its threads.
+        // This holds even if the work panics: the scope waits for its threads.
         let _ends = Ends(&end);
         drop(teller);
         work()
     })
 }
 
-/// Whether who watches stopped a run, and why it did not go to its end.
+/// Whether a run was cancelled, and why it did not reach its end.
 pub(crate) fn stopped_by(
     error: Option<&IntegrateError>,
     [_, until]: [f64; 2],
@@ -56,12 +56,12 @@ pub(crate) fn stopped_by(
 
 fn so_far(watched: &Watched, from: f64, until: f64) -> Progress {
     let part = (watched.reached() - from) / (until - from);
-    // A run of no length has no part of it behind it.
+    // A run without length has made no progress.
     let percent = (100.0 * part).clamp(0.0, 100.0) as usize;
     Progress { what: "percent simulated", done: percent, of: Of::Exactly(100) }
 }
 
-/// Whether the work is over.
+/// Signals the end of the work.
 #[derive(Default)]
 struct End {
     is_over: Mutex<bool>,
@@ -76,7 +76,7 @@ impl End {
     }
 }
 
-/// Says that the work is over when it goes.
+/// Signals the end of the work when dropped.
 struct Ends<'a>(&'a End);
 
 impl Drop for Ends<'_> {
@@ -98,7 +98,7 @@ mod tests {
             let Progress { done, of, .. } = so_far(&WATCHED, 10.0, 30.0);
             assert_eq!((done, of), (percent, Of::Exactly(100)));
         }
-        // NaN is nothing.
+        // NaN counts as 0.
         assert_eq!(so_far(&WATCHED, 31.0, 31.0).done, 0);
     }
 }

@@ -1,8 +1,8 @@
-//! What a model says of recordings before it is fitted: whether columns are its own, and which of
-//! several sensors of one output is off.
+//! Checks recordings against a model before it is fitted: whether columns belong to it, and which of several sensors of
+//! one output is off.
 //!
-//! At rest an output often follows from the others without any parameter that is yet to be
-//! estimated: p_in = p_r + ρ g Δh. Where it does (`prediction.rs`), sensors are compared with it.
+//! At a steady state an output often follows from the others without any parameter to be estimated: p_in = p_r + ρ g
+//! Δh. In that case (`prediction.rs`), sensors are compared with it.
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostic;
@@ -18,14 +18,14 @@ use super::notice::{Amount, Notice, difference_unit};
 use super::{Screened, balances, quoted};
 use crate::output::quantity::stretches;
 
-/// A model, and what of it recordings hold.
+/// A model, and the recorded quantities it uses.
 pub(crate) struct Model<'a> {
     pub system: &'a Loaded,
     pub dae: &'a Dae,
     pub options: Options,
 }
 
-/// Columns of a recording as the model counts them, SI.
+/// Columns of a recording in the order of the model, SI.
 pub(super) struct Columns {
     /// For each input of the model.
     pub inputs: Vec<Option<Vec<f64>>>,
@@ -33,11 +33,11 @@ pub(super) struct Columns {
     pub outputs: Vec<Option<Vec<f64>>>,
 }
 
-/// What the model's output may depend on them, as a share of the difference between sensors.
+/// Largest uncertainty of the model's prediction, as a share of the difference between sensors.
 const DEPENDS: f64 = 0.1;
 /// Sensors agree with the model within this share of the difference between them.
 const AGREES: f64 = 0.2;
-/// Disagreements up to this many standard deviations of one reading do no harm.
+/// Disagreements up to this many standard deviations of one reading are harmless.
 const HARMLESS: f64 = 0.5;
 
 impl Model<'_> {
@@ -49,13 +49,13 @@ impl Model<'_> {
         self.signature().parameters.iter().map(|parameter| parameter.value).collect()
     }
 
-    /// Positions of the parameters that a fit would estimate.
+    /// Indices of the parameters that a fit would estimate.
     pub(super) fn free(&self) -> Vec<usize> {
         let parameters = self.signature().parameters.iter().enumerate();
         parameters.filter(|(_, parameter)| !parameter.fixed).map(|(i, _)| i).collect()
     }
 
-    /// Outputs that no free parameter is in.
+    /// Outputs that do not depend on free parameters.
     pub(super) fn known_outputs(&self) -> Vec<bool> {
         let free = self.free();
         let by_p = &self.signature().output_jacobians[2];
@@ -68,18 +68,18 @@ impl Model<'_> {
         outputs.map(|output| output.noise.unwrap_or(output.unit.factor)).collect()
     }
 
-    /// Adds what the model says to the notices of a recording.
+    /// Adds the findings of the model to the notices of a recording.
     pub(crate) fn look_at(&self, one: &mut Screened) {
         let columns = self.columns(one);
         self.of_roles(one);
         self.references(one, &columns);
         self.agreement(one, &columns);
-        let found = balances::notices(self, one, &columns);
-        one.notices.extend(found);
+        let imbalances = balances::notices(self, one, &columns);
+        one.notices.extend(imbalances);
     }
 
-    /// The columns of inputs and outputs; reports columns that cannot be read as declared, that the
-    /// model does not know, and inputs without a column.
+    /// The columns of inputs and outputs; reports columns that cannot be read as declared, columns unknown to the
+    /// model, and inputs without a column.
     fn columns(&self, one: &mut Screened) -> Columns {
         let mut notices = Vec::new();
         let mut read = |name: &str, unit: &Unit| -> Option<Vec<f64>> {
@@ -87,7 +87,7 @@ impl Model<'_> {
             match select::converted(column, &Declared { name, unit, place: None }) {
                 Ok(values) => Some(values),
                 Err(diagnostic) => {
-                    // What the cells hold was reported for the file.
+                    // The contents of the cells were reported for the file.
                     if column.not_numbers.is_none() && column.fault.is_none() {
                         notices.push(of_diagnostic("unit", name, &diagnostic));
                     }
@@ -100,7 +100,7 @@ impl Model<'_> {
         let output_names: Vec<_> = self.dae.outputs.iter().map(|o| declared(&o.declared)).collect();
         let inputs = input_names.iter().map(|(name, unit)| read(name, unit)).collect();
         let outputs: Vec<_> = output_names.iter().map(|(name, unit)| read(name, unit)).collect();
-        // Arrays of outputs have no columns of their own here.
+        // Arrays of outputs have no columns here.
         let n_outputs = self.signature().outputs.len();
         let outputs = outputs.into_iter().chain(std::iter::repeat(None)).take(n_outputs).collect();
 
@@ -128,9 +128,9 @@ impl Model<'_> {
             if known.contains(&column.name) {
                 continue;
             }
-            let of = known.iter().find(|name| is_sensor_of(&column.name, name, &one.table));
+            let output = known.iter().find(|name| is_sensor_of(&column.name, name, &one.table));
             let names = [column.name.clone()];
-            notices.push(match of {
+            notices.push(match output {
                 Some(output) => remark(
                     "sensor_of",
                     &names,
@@ -149,13 +149,13 @@ impl Model<'_> {
         Columns { inputs, outputs }
     }
 
-    /// Held or constant values are a fault of a sensor, not of an input.
+    /// Frozen or constant values are a fault of a sensor, not of an input.
     fn of_roles(&self, one: &mut Screened) {
         let outputs: Vec<&str> =
             self.dae.outputs.iter().map(|output| output.declared.name.as_str()).collect();
         let inputs: Vec<&str> =
             self.dae.inputs.iter().map(|input| input.declared.name.as_str()).collect();
-        // An input that is held, or at its limit, is what it is.
+        // An input may be constant or at its limit.
         let is_of_input = |notice: &Notice| {
             let [name] = notice.channels.as_slice() else { return false };
             matches!(notice.kind, "constant" | "frozen" | "saturated" | "quantised")
@@ -178,7 +178,7 @@ impl Model<'_> {
         }
     }
 
-    /// Says of sensors that differ which is off.
+    /// Reports which of two differing sensors is off.
     fn references(&self, one: &mut Screened, columns: &Columns) {
         let pairs: Vec<[usize; 2]> =
             one.screening.comparisons.iter().map(|pair| pair.channels).collect();
@@ -208,16 +208,16 @@ impl Model<'_> {
         }
     }
 
-    /// Says which outputs contradict each other at rest, where one follows from the others.
+    /// Reports outputs that contradict each other in steady state, where one follows from the others.
     fn agreement(&self, one: &mut Screened, columns: &Columns) {
         let known = self.known_outputs();
         let mut off: Vec<(usize, Estimate, Stretch)> = Vec::new();
         for (output, values) in columns.outputs.iter().enumerate() {
             let Some(values) = values.as_ref().filter(|_| known[output]) else { continue };
-            let found = self.best_prediction(one, columns, output, |(first, last)| {
+            let prediction = self.best_prediction(one, columns, output, |(first, last)| {
                 mean(&values[first..=last]).map(|mean| vec![mean])
             });
-            let Some((predicted, means, steady)) = found else { continue };
+            let Some((predicted, means, steady)) = prediction else { continue };
             let std_error = means[0].std_error.hypot(predicted.doubt);
             let error = Estimate { value: means[0].value - predicted.value, std_error, ..means[0] };
             let harmless = HARMLESS * self.noise()[output];
@@ -261,7 +261,7 @@ impl Model<'_> {
         });
     }
 
-    /// The output that two columns measure.
+    /// The output measured by two columns.
     fn output_of(&self, names: &[String; 2]) -> Option<usize> {
         let stem = stem(&names[0], &names[1]).map(|(stem, _)| stem);
         self.dae.outputs.iter().position(|output| Some(&output.declared.name) == stem.as_ref())
@@ -335,13 +335,13 @@ impl Model<'_> {
     }
 }
 
-/// Which of two sensors is off.
+/// The verdict on two sensors.
 struct Judged {
     text: String,
     advice: String,
 }
 
-/// Whether a column is `output` and a letter or figure, and another such column is there.
+/// Whether a column is named `output` plus a letter or digit, and there is another such column.
 fn is_sensor_of(column: &str, output: &str, table: &Table) -> bool {
     table
         .columns
@@ -361,7 +361,7 @@ fn of_diagnostic(kind: &'static str, name: &str, diagnostic: &Diagnostic) -> Not
     }
 }
 
-/// A notice about columns as a whole that is not a fault.
+/// A notice about whole columns that is not a fault.
 pub(super) fn remark(kind: &'static str, names: &[String], text: String, advice: &str) -> Notice {
     Notice {
         kind,

@@ -1,8 +1,7 @@
-//! Balances of a model in which everything was measured, and what they leave over.
+//! Balances of a fully measured model, and their imbalance.
 //!
-//! An equation ẏᵢ = fᵢ(y, u) is looked at where yᵢ and all unknowns that it reads follow from outputs
-//! without a free parameter, and it has none itself. Unknowns are found as for `--start measured`, for
-//! means over a few samples.
+//! An equation ẏᵢ = fᵢ(y, u) is checked if it has no free parameter, and yᵢ and all unknowns that it reads follow from
+//! outputs without one. Unknowns are computed as for `--start measured`, from means over a few samples.
 
 use dgd_runtime::{Pattern, Point, System};
 use dgd_screen::balance::{Balance, Cause, Explanation, imbalance};
@@ -13,27 +12,27 @@ use super::against_model::{Columns, Model, listed};
 use super::notice::{Amount, Notice};
 use crate::output::quantity::of_differences;
 
-/// Most times at which unknowns are found.
+/// Most times at which unknowns are computed.
 const TIMES: usize = 4000;
-/// An explanation explains if it leaves less than this of the imbalance.
+/// An explanation counts if it leaves less than this share of the imbalance.
 const EXPLAINS: f64 = 0.1;
-/// Without a drift on the whole, only noise is left.
+/// The same without an overall drift, when mostly noise is left.
 const EXPLAINS_SOME: f64 = 0.4;
-/// Other explanations are as good if they leave at most so many times as much.
+/// Other explanations are as good if they leave at most this many times as much.
 const AS_GOOD: f64 = 3.0;
-/// Unknowns that agree to this from other start values are determined.
+/// Unknowns that agree to this from other initial guesses are determined.
 const SAME: f64 = 1e-6;
 
-/// A recording as the unknowns of a model.
+/// The unknowns of a model, reconstructed from a recording.
 struct Reconstructed {
     times: Vec<f64>,
-    /// For each unknown its values, NaN where they are not known.
+    /// Values of each unknown, NaN where they are undetermined.
     y: Vec<Vec<f64>>,
     u: Vec<Vec<f64>>,
     determined: Vec<bool>,
 }
 
-/// What the balances of a model say of a recording.
+/// The findings of a model's balances in a recording.
 pub(super) fn notices(model: &Model<'_>, one: &Screened, columns: &Columns) -> Vec<Notice> {
     let signature = model.signature();
     if !signature.discrete.is_empty() || signature.n_u() != signature.inputs.len() {
@@ -57,7 +56,7 @@ pub(super) fn notices(model: &Model<'_>, one: &Screened, columns: &Columns) -> V
         .collect()
 }
 
-/// The unknowns of the model, by the outputs that no free parameter is in.
+/// The unknowns of the model, from the outputs that do not depend on free parameters.
 fn reconstruct(model: &Model<'_>, one: &Screened, columns: &Columns) -> Option<Reconstructed> {
     let signature = model.signature();
     let times = one.times();
@@ -80,14 +79,14 @@ fn reconstruct(model: &Model<'_>, one: &Screened, columns: &Columns) -> Option<R
     let mut start: Vec<(usize, f64)> = Vec::new();
     let mut determined: Option<Vec<bool>> = None;
     for k in 0..times.len() {
-        let at: Vec<f64> = u.iter().map(|values| values[k]).collect();
+        let inputs: Vec<f64> = u.iter().map(|values| values[k]).collect();
         let measured: Vec<Option<f64>> = w.iter().map(|x| x.as_ref().map(|x| x[k])).collect();
-        if at.iter().chain(measured.iter().flatten()).any(|x| !x.is_finite()) {
+        if inputs.iter().chain(measured.iter().flatten()).any(|x| !x.is_finite()) {
             continue;
         }
-        let Some(found) = model.state_at(&at, &p, &measured, &start, None) else { continue };
+        let Some(found) = model.state_at(&inputs, &p, &measured, &start, None) else { continue };
         if determined.is_none() {
-            let other = model.state_at(&at, &p, &measured, &start, Some(0.1))?;
+            let other = model.state_at(&inputs, &p, &measured, &start, Some(0.1))?;
             let pairs = found.iter().zip(&other);
             determined =
                 Some(pairs.map(|(a, b)| (a - b).abs() <= SAME * a.abs().max(1e-9)).collect());
@@ -100,7 +99,7 @@ fn reconstruct(model: &Model<'_>, one: &Screened, columns: &Columns) -> Option<R
     Some(Reconstructed { times, y, u, determined: determined? })
 }
 
-/// What the balance of one unknown leaves over.
+/// The imbalance of one unknown.
 fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize) -> Vec<Notice> {
     let signature = model.signature();
     let p = model.p();
@@ -124,15 +123,15 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
             continue;
         }
         let u: Vec<f64> = found.u.iter().map(|values| values[k]).collect();
-        let at = Point { t, y: &y, u: &u, p: &p, z: &[] };
-        model.system.linearize(at, &still, &mut f, &mut dfdy, &mut dfdt);
-        model.system.input_jacobian(at, &mut dfdu);
+        let point = Point { t, y: &y, u: &u, p: &p, z: &[] };
+        model.system.linearize(point, &still, &mut f, &mut dfdy, &mut dfdt);
+        model.system.input_jacobian(point, &mut dfdu);
         rate[k] = f[row];
-        for (share, (at, j)) in shares.iter_mut().zip(&unknowns) {
-            share[k] = dfdy[*at] * y[*j];
+        for (share, (point, j)) in shares.iter_mut().zip(&unknowns) {
+            share[k] = dfdy[*point] * y[*j];
         }
-        for (share, (at, j)) in shares[unknowns.len()..].iter_mut().zip(&inputs) {
-            share[k] = dfdu[*at] * u[*j];
+        for (share, (point, j)) in shares[unknowns.len()..].iter_mut().zip(&inputs) {
+            share[k] = dfdu[*point] * u[*j];
         }
     }
     let names: Vec<String> = unknowns
@@ -159,7 +158,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     let drifts = hourly.p_value() < RARE;
     let good = good(&left.explanations, if drifts { EXPLAINS } else { EXPLAINS_SOME });
     let is_late = |e: &&Explanation| matches!(e.cause, Cause::Late(_) | Cause::UnknownLate);
-    // A drift may hide in changes that come and go; a cause that explains most of them reveals it.
+    // A drift may hide in temporary changes; a cause that explains most of those reveals it.
     let p_value = good.first().map_or(1.0, |best| best.size.p_value()).min(hourly.p_value());
     if drifts || good.first().is_some_and(|e| !is_late(e)) {
         let amount = Amount::of(&hourly, &format!("{}/h", unit.symbol));
@@ -179,7 +178,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     }
     let Some(late) = good.first().filter(|e| is_late(e)) else { return Vec::new() };
     let amount = Amount::of(&late.size, "s");
-    // Two that move together are late as well as the third is early.
+    // Two delayed columns are equivalent to an early third one.
     let causes: Vec<String> = good
         .iter()
         .filter(|e| is_late(e))
@@ -189,7 +188,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     vec![subject.notice("late", text, amount, late.size.p_value())]
 }
 
-/// The explanations that explain, about equally well.
+/// The explanations that count, all about equally good.
 fn good(explanations: &[Explanation], explains: f64) -> Vec<&Explanation> {
     let least = explanations.iter().map(|e| e.left).min_by(f64::total_cmp);
     let Some(best) = least else { return Vec::new() };
@@ -199,7 +198,7 @@ fn good(explanations: &[Explanation], explains: f64) -> Vec<&Explanation> {
         .collect()
 }
 
-/// Columns that an unknown is read from: outputs without a free parameter that depend on it.
+/// Columns that determine an unknown: outputs without a free parameter that depend on it.
 fn sensors_of(model: &Model<'_>, one: &Screened, unknown: usize) -> Vec<String> {
     let known = model.known_outputs();
     let signature = model.signature();
@@ -212,17 +211,17 @@ fn sensors_of(model: &Model<'_>, one: &Screened, unknown: usize) -> Vec<String> 
     names.filter(|name| one.table.column(name).is_some()).collect()
 }
 
-/// What a balance is about, in the user's names.
+/// The subject of a balance, in the user's names.
 struct Subject {
     unknown: String,
     equation: String,
     sensors: Vec<String>,
-    /// Of the shares.
+    /// Names of the shares.
     names: Vec<String>,
 }
 
 impl Subject {
-    /// A cause in words; `None` where it makes no sense to the user.
+    /// A cause in words; `None` if it would mean nothing to the user.
     fn cause(&self, explanation: &Explanation, unit: &str, factor: f64) -> Option<String> {
         let size = &explanation.size;
         match explanation.cause {

@@ -1,4 +1,4 @@
-//! The columns of a recording, with what was found shaded.
+//! The columns of a recording, with findings shaded.
 
 use dgd_plot::{Band, Figure, Meaning, Panel, Series, Style, Text};
 use dgd_screen::Weight;
@@ -6,7 +6,7 @@ use dgd_screen::Weight;
 use super::notice::unit_of;
 use super::{Screened, apart};
 
-/// Columns of one unit that share a panel where they measure the same.
+/// Columns with the same unit share a panel if they measure the same quantity.
 pub(crate) fn figure(one: &Screened) -> Figure {
     let times = one.times();
     let groups = groups(one);
@@ -20,7 +20,7 @@ pub(crate) fn figure(one: &Screened) -> Figure {
         let bands = faults
             .flat_map(|notice| &notice.stretches)
             .map(|stretch| {
-                // A single sample is still to be seen.
+                // Keeps a single sample visible.
                 let spare = 0.5 * (least - (stretch.until - stretch.from)).max(0.0);
                 Band { from: stretch.from - spare, to: stretch.until + spare }
             })
@@ -57,11 +57,11 @@ pub(crate) fn figure(one: &Screened) -> Figure {
     Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels) }
 }
 
-/// What columns of one quantity read more than the first of them.
+/// Differences of columns of one quantity from the first of them.
 fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
     let (&first, others) = group.split_first()?;
     let columns = &one.table.columns;
-    // In the colours that they have in the panel above.
+    // In the colours of the panel above.
     let series = others.iter().enumerate().map(|(place, &other)| {
         let pairs = columns[other].values.iter().zip(&columns[first].values);
         let apart = pairs.map(|(other, first)| other - first).collect();
@@ -82,7 +82,7 @@ fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
     })
 }
 
-/// Dots on the samples that stand out: spikes.
+/// Dots on outliers.
 fn marks(one: &Screened, group: &[usize]) -> Option<Series> {
     let times = one.times();
     let (mut x, mut y) = (Vec::new(), Vec::new());
@@ -106,7 +106,7 @@ fn marks(one: &Screened, group: &[usize]) -> Option<Series> {
     Some(Series { meaning, ..Series::new(Text::plain("spikes"), Style::Dots, x, y) })
 }
 
-/// Columns that measure the same together, the others alone; columns without values not at all.
+/// Columns of the same quantity together, the others alone; columns without values are left out.
 fn groups(one: &Screened) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for column in 0..one.table.columns.len() {

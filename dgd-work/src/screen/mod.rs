@@ -1,8 +1,8 @@
-//! What is wrong with recordings, before anything is fitted to them.
+//! Screens recordings for faults before anything is fitted to them.
 //!
 //! ```text
 //!   files ─ tables ─ units ─ dgd-screen ─┬─ notice: findings in the user's words
-//!                                        │   against_model, balances: what a model adds
+//!                                        │   against_model, balances: findings of a model
 //!                                        └─ summary (terminal), json, figure, page, tables (steady.csv)
 //! ```
 
@@ -43,23 +43,23 @@ use notice::{difference_unit, unit_of};
 
 pub use notice::{Amount, Notice};
 
-/// Recordings, with what is wrong with them.
+/// Recordings with their faults.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Screenings {
     /// Each recording.
     pub recordings: Vec<Screened>,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
     is_check: bool,
     command: String,
 }
 
-/// Screens recordings, and compares them with a model where one is given.
+/// Screens recordings, and compares them with a model if one is given.
 ///
 /// # Errors
 ///
-/// [`WorkError`]: a file cannot be read, or a name is not there.
+/// [`WorkError`]: a file cannot be read, or a name does not exist.
 pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screenings, WorkError> {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let mut tables = read(request, session.files, &mut sources, &mut diagnostics);
@@ -96,17 +96,17 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
 impl Screenings {
     /// For programs.
     pub fn to_json(&self) -> Value {
-        let mut all = json::to_json(&self.recordings);
-        self.provenance.push_json(&mut all);
-        all
+        let mut result = json::to_json(&self.recordings);
+        self.provenance.push_json(&mut result);
+        result
     }
 
-    /// For people; says where the files are, if they were written.
+    /// As text; with the folder of the files, if they were written.
     pub fn to_text(&self, folder: Option<&Path>) -> String {
         summary::text(&self.recordings, folder)
     }
 
-    /// A page, the result for programs, and steady stretches: [`FILES`].
+    /// A page, the result for programs, and steady intervals: [`FILES`].
     ///
     /// # Errors
     ///
@@ -121,7 +121,7 @@ impl Screenings {
         Ok(files)
     }
 
-    /// The page: the findings of all recordings with a picture of each.
+    /// The page: the findings of all recordings, with a figure of each.
     ///
     /// # Errors
     ///
@@ -130,14 +130,14 @@ impl Screenings {
         page::write(self)
     }
 
-    /// The columns of a recording, with findings shaded; of the last one where there is no such recording.
+    /// The columns of a recording, with findings shaded; those of the last recording if there is no such one.
     pub fn figure(&self, recording: usize) -> Figure {
         let last = self.recordings.len().saturating_sub(1);
         let one = self.recordings.get(recording.min(last));
         one.map_or_else(|| Figure::new(Text::default(), Vec::new()), figure::figure)
     }
 
-    /// How it ended: where faults are not wanted, by those that were found.
+    /// The outcome: with `check`, a failure if there are faults.
     pub fn ended(&self) -> Ended {
         let faults: usize = self.recordings.iter().map(|one| one.count(Weight::Fault)).sum();
         match faults {
@@ -155,15 +155,15 @@ impl Serialize for Screenings {
     }
 }
 
-/// A recording with all that was found in it.
+/// A recording with all findings.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Screened {
     /// Its file.
     pub path: PathBuf,
-    /// What it holds.
+    /// Its contents.
     pub table: Table,
-    /// What the tests found.
+    /// Results of the tests.
     pub screening: Screening,
     /// Findings in words.
     pub notices: Vec<Notice>,
@@ -175,23 +175,23 @@ impl Screened {
         self.table.time.as_deref().unwrap_or_default()
     }
 
-    /// How many findings are of this weight.
+    /// Number of findings of this weight.
     pub fn count(&self, weight: Weight) -> usize {
         self.notices.iter().filter(|notice| notice.weight == weight).count()
     }
 }
 
-/// What is asked for besides the files.
+/// Options of the request in addition to the files.
 #[derive(Debug, Default)]
 struct Wishes {
-    /// Names of columns that measure the same.
+    /// Names of columns that measure the same quantity.
     pub same: Vec<[String; 2]>,
     pub window: Option<f64>,
-    /// Largest slopes at rest, per second.
+    /// Largest slopes in steady state, per second.
     pub rest: Vec<(String, f64)>,
 }
 
-/// All recordings, with the names that the user gives to columns; mistakes are reported.
+/// All recordings, with columns renamed as the user asked; mistakes are reported.
 fn read(
     request: &ScreenRequest,
     files: &dyn FileSystem,
@@ -212,7 +212,7 @@ fn read(
     tables
 }
 
-/// What the options say, with names that are there.
+/// The options, with existing names.
 fn wishes(request: &ScreenRequest, tables: &[(PathBuf, Table)]) -> Result<Wishes, WorkError> {
     let mut known: Vec<&str> =
         tables.iter().flat_map(|(_, table)| &table.columns).map(|c| c.name.as_str()).collect();
@@ -265,8 +265,8 @@ fn wishes(request: &ScreenRequest, tables: &[(PathBuf, Table)]) -> Result<Wishes
     Ok(Wishes { same, window: request.window, rest })
 }
 
-/// Screens recordings, of which columns of one name have one unit, and those that measure the same.
-/// What one recording says of two columns with alike names holds for all.
+/// Screens recordings, in which columns of one name, or of one quantity, have one unit. A conclusion from one recording
+/// about two columns with similar names holds for all.
 fn screen_all(
     tables: Vec<(PathBuf, Table)>,
     wishes: &Wishes,
@@ -290,7 +290,7 @@ fn screen_all(
                 }
             }
         }
-        // Two that move apart in one recording do not measure the same, unless the user says so.
+        // Two columns that differ in one recording do not measure the same quantity, unless the user says so.
         alike.retain(|names| !different.contains(names));
     }
     let screenings: Vec<Screening> = records
@@ -298,15 +298,16 @@ fn screen_all(
         .enumerate()
         .map(|(k, record)| {
             session.advanced("recordings", k, Of::Exactly(records.len()));
-            let at = |name: &String| record.channels.iter().position(|c| c.name == name);
+            let position = |name: &String| record.channels.iter().position(|c| c.name == name);
             let pairs = |names: &[[String; 2]]| -> Vec<[usize; 2]> {
                 let pair = |[a, b]: &[String; 2]| {
-                    let (a, b) = (at(a)?, at(b)?);
+                    let (a, b) = (position(a)?, position(b)?);
                     (a != b).then_some([a.min(b), a.max(b)])
                 };
                 names.iter().filter_map(pair).collect()
             };
-            let limits = wishes.rest.iter().filter_map(|(name, rate)| Some((at(name)?, *rate)));
+            let limits =
+                wishes.rest.iter().filter_map(|(name, rate)| Some((position(name)?, *rate)));
             let request = Request {
                 same: pairs(&wishes.same),
                 alike: pairs(&alike),
@@ -328,7 +329,7 @@ fn screen_all(
         .collect()
 }
 
-/// A table as `dgd-screen` sees it.
+/// A table as input of `dgd-screen`.
 fn record<'a>(table: &'a Table, units: &'a [String]) -> Record<'a> {
     let columns = table.columns.iter().zip(units);
     let channels =
@@ -336,7 +337,7 @@ fn record<'a>(table: &'a Table, units: &'a [String]) -> Record<'a> {
     Record { times: table.time.as_deref().unwrap_or_default(), channels }
 }
 
-/// What reading the file came across.
+/// Notices from reading the file.
 fn of_reading(table: &Table) -> Vec<Notice> {
     let mut notices = Vec::new();
     let mut add = |kind, channels: Vec<String>, text: String, advice: &str| {
@@ -389,12 +390,12 @@ fn of_reading(table: &Table) -> Vec<Notice> {
 /// Files of a folder of results.
 pub const FILES: [&str; 3] = ["screen.json", "report.html", "steady.csv"];
 
-/// All columns as words.
+/// All names as code.
 pub(super) fn quoted(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// A stretch as two numbers.
+/// The ends of an interval.
 pub(super) fn ends(stretch: &Stretch) -> [f64; 2] {
     [stretch.from, stretch.until]
 }

@@ -9,24 +9,24 @@ use dgd_screen::{Estimate, Fault, Finding, Stretch, Weight};
 use crate::output::quantity::{Quantity, with_unit};
 use crate::output::table::significant;
 
-/// One finding as a user reads it.
+/// A finding in words.
 #[derive(Debug, Clone)]
 pub struct Notice {
-    /// What it is, for programs.
+    /// Its kind, for programs.
     pub kind: &'static str,
-    /// How much it matters.
+    /// Its importance.
     pub weight: Weight,
-    /// The columns it is about.
+    /// The affected columns.
     pub channels: Vec<String>,
-    /// When; nothing where it is all of the recording.
+    /// Affected intervals; empty if the whole recording is affected.
     pub stretches: Vec<Stretch>,
-    /// How much, where that is a number.
+    /// Its size, if that is a number.
     pub amount: Option<Amount>,
-    /// Bound of the probability that chance makes it.
+    /// Upper bound of the probability under the null hypothesis.
     pub p_value: Option<f64>,
-    /// What is wrong, a sentence.
+    /// The finding, as a sentence.
     pub text: String,
-    /// What to do, a sentence; may be empty.
+    /// Advice, as a sentence; may be empty.
     pub advice: String,
 }
 
@@ -35,7 +35,7 @@ pub struct Notice {
 pub struct Amount {
     /// The number, in its unit.
     pub value: f64,
-    /// Half the width of its 95 % interval.
+    /// Half width of its 95 % interval.
     pub half_width: Option<f64>,
     /// Its unit.
     pub unit: String,
@@ -51,12 +51,12 @@ impl Amount {
         Amount { value, half_width: None, unit: unit.to_owned() }
     }
 
-    /// The same without its sign, for sentences that say the direction.
+    /// The magnitude, for sentences that give the direction.
     pub(super) fn size(&self) -> String {
         self.shown(self.value.abs())
     }
 
-    /// As a text.
+    /// The signed value as text.
     pub(super) fn signed(&self) -> String {
         self.shown(self.value)
     }
@@ -70,7 +70,7 @@ impl Amount {
     }
 }
 
-/// A reading with the digits that it needs, at most six.
+/// A reading with as many digits as needed, at most six.
 pub(crate) fn reading(value: f64) -> String {
     let text = significant(value, 6);
     match text.split_once('e') {
@@ -135,7 +135,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
         advice: advice.to_owned(),
         amount,
     };
-    let of = |value: f64| with_unit(reading(value), unit);
+    let value_text = |value: f64| with_unit(reading(value), unit);
     let share = |count: usize| format!("{} %", short(100.0 * count as f64 / rows as f64, 2));
     match fault {
         Fault::Empty => say(
@@ -146,7 +146,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
         ),
         Fault::Constant(value) => say(
             "constant",
-            format!("`{one}` is {} throughout", of(*value)),
+            format!("`{one}` is {} throughout", value_text(*value)),
             "a set value may be; a sensor would be dead, or at the end of its range",
             Some(Amount::exact(*value, unit)),
         ),
@@ -170,7 +170,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
         ),
         Fault::Frozen { value, samples, is_shown } => say(
             "frozen",
-            format!("`{one}` reads {} in {samples} rows on end", of(*value)),
+            format!("`{one}` reads {} in {samples} rows on end", value_text(*value)),
             if *is_shown {
                 "it is frozen: empty these cells, so that a fit leaves them out"
             } else {
@@ -196,7 +196,10 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             let (side, reaches) = if *is_upper { ("upper", "above") } else { ("lower", "below") };
             say(
                 "saturated",
-                format!("`{one}` piles up at {}, its {side} limit, in {samples} rows", of(*limit)),
+                format!(
+                    "`{one}` piles up at {}, its {side} limit, in {samples} rows",
+                    value_text(*limit)
+                ),
                 &format!("what was {reaches} is not known: empty these cells"),
                 Some(Amount::exact(*limit, unit)),
             )
@@ -321,7 +324,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
 }
 
 impl Notice {
-    /// How sure it is, in words.
+    /// Its significance, in words.
     pub(crate) fn certainty(&self) -> String {
         match self.p_value {
             None => "counted".to_owned(),
@@ -330,7 +333,7 @@ impl Notice {
         }
     }
 
-    /// When, in words; at most so many stretches are listed.
+    /// Its intervals in words, of which at most this many are listed.
     pub(crate) fn when(&self, most: usize) -> String {
         if self.stretches.is_empty() {
             return "throughout".to_owned();

@@ -1,4 +1,4 @@
-//! `report.html`: the findings of all recordings with a picture of each.
+//! `report.html`: the findings of all recordings, with a figure of each.
 
 use askama::Template;
 use dgd_page::{Link, Markup, Page, Tone};
@@ -10,10 +10,10 @@ use crate::error::WorkError;
 use crate::output::page::origin;
 use crate::output::quantity::{short, with_unit};
 
-/// Stretches of time that a cell lists.
+/// Intervals listed in a cell.
 const LISTED: usize = 8;
 
-/// What the template shows; all text in it is escaped there, but for the pictures.
+/// Data of the template, which escapes all text except the figures.
 #[derive(Template)]
 #[template(path = "screen.html")]
 struct Body {
@@ -23,7 +23,7 @@ struct Body {
 struct Recording {
     file: String,
     verdict: String,
-    /// Kind of row, subject, text, when, how sure, what to do.
+    /// Kind of row, subject, text, time, significance, advice.
     findings: Vec<[String; 6]>,
     columns: Vec<[String; 8]>,
     points: Vec<Vec<String>>,

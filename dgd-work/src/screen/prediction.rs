@@ -1,7 +1,7 @@
-//! What an output of a model should read at rest by the other outputs.
+//! Prediction of an output of a model in steady state from the other outputs.
 //!
-//! That is told only where it depends neither on parameters that are yet to be estimated nor on start
-//! values: both are moved by a tenth, and what the output makes of the first counts as doubt.
+//! A prediction is made only if it depends neither on parameters to be estimated nor on initial values: both are moved
+//! by a tenth, and the change due to parameters adds to the uncertainty.
 
 use dgd_runtime::{Inputs, Parameter, Point, Problem, System, start_from_outputs};
 use dgd_screen::{Estimate, Steady, mean};
@@ -9,22 +9,21 @@ use dgd_screen::{Estimate, Steady, mean};
 use super::Screened;
 use super::against_model::{Columns, Model};
 
-/// Parameters are moved by this share to see what depends on them.
+/// Parameters are moved by this share to test the dependence on them.
 const MOVED: f64 = 0.1;
-/// An output that follows from the others moves by less of its noise with start values.
+/// A predicted output moves with initial values by less than this share of its noise.
 const UNDETERMINED: f64 = 0.01;
-/// Steady stretches that are tried.
+/// Steady intervals that are tried.
 const TRIED: usize = 8;
 
-/// What an output should read, and how far that may be off.
+/// The predicted value of an output, and its uncertainty.
 pub(super) struct Predicted {
     pub(super) value: f64,
     pub(super) doubt: f64,
 }
 
 impl Model<'_> {
-    /// What an output should read, where that is surest: with the means that `means` makes of the
-    /// same samples.
+    /// The least uncertain prediction of an output, with the means that `means` computes from the same samples.
     pub(super) fn best_prediction<'s>(
         &self,
         one: &'s Screened,
@@ -49,7 +48,7 @@ impl Model<'_> {
         best
     }
 
-    /// What an output should read in a steady stretch by the other outputs, SI.
+    /// The prediction of an output in a steady interval from the other outputs, SI.
     fn predicted(
         &self,
         columns: &Columns,
@@ -76,7 +75,7 @@ impl Model<'_> {
             estimates.iter().map(|estimate| estimate.map(|e| e.value)).collect();
         let p = self.p();
         let value = self.output_at(&u, &p, &measured, None, output)?;
-        // What noise of the others, free parameters and start values make of it.
+        // The effects of the noise of the other outputs, of free parameters and of initial values add up.
         let mut squares = 0.0;
         for (i, estimate) in estimates.iter().enumerate() {
             let Some(estimate) = estimate.filter(|estimate| estimate.std_error > 0.0) else {
@@ -92,14 +91,14 @@ impl Model<'_> {
             moved[i] += MOVED * size(&self.signature().parameters[i]);
             doubt += (self.output_at(&u, &moved, &measured, None, output)? - value).abs();
         }
-        // What start values decide, the other outputs do not.
+        // A value that depends on the initial guess is not determined by the other outputs.
         let moved = self.output_at(&u, &p, &measured, Some(MOVED), output)?;
         ((moved - value).abs() <= UNDETERMINED * self.noise()[output])
             .then_some(Predicted { value, doubt })
     }
 
-    /// An output where the model's outputs are those measured; start values are moved by a share of
-    /// themselves first.
+    /// An output where the model's outputs equal the measured ones; initial values are first moved by a share of
+    /// themselves.
     fn output_at(
         &self,
         u: &[f64],
@@ -114,7 +113,7 @@ impl Model<'_> {
         Some(w[output]).filter(|w| w.is_finite())
     }
 
-    /// Unknowns where the model's outputs are those measured, SI; `start` is where to begin.
+    /// Unknowns where the model's outputs equal the measured ones, SI; `start` is the initial guess.
     pub(super) fn state_at(
         &self,
         u: &[f64],
@@ -124,7 +123,7 @@ impl Model<'_> {
         moved: Option<f64>,
     ) -> Option<Vec<f64>> {
         let signature = self.signature();
-        // Models that remember or switch are not at rest by their unknowns alone.
+        // For models with memory or switches, unknowns alone do not define a steady state.
         if !signature.discrete.is_empty() || signature.n_u() != signature.inputs.len() {
             return None;
         }
@@ -152,7 +151,7 @@ impl Model<'_> {
     }
 }
 
-/// Size of a parameter for moving it.
+/// Magnitude of a parameter, for its change.
 fn size(parameter: &Parameter) -> f64 {
     let declared = if parameter.value == 0.0 { parameter.unit.factor } else { parameter.value };
     parameter.nominal.unwrap_or(declared.abs())

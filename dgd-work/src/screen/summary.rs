@@ -1,4 +1,4 @@
-//! What a screening says on a terminal.
+//! The summary of a screening on a terminal.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -9,7 +9,7 @@ use super::notice::{reading, unit_of};
 use super::{Screened, quoted};
 use crate::output::table::{push_table, significant};
 
-/// Stretches of time that a line lists.
+/// Intervals listed in a line.
 const LISTED: usize = 4;
 
 /// The findings of each recording, then its columns in numbers.

@@ -1,11 +1,11 @@
-//! Steady stretches as a table: `steady.csv`.
+//! Steady intervals as a table: `steady.csv`.
 
 use dgd_data::cell::{push_number, quoted};
 
 use super::Screened;
 
-/// Each steady stretch with the mean of every column and its standard error. Columns are those of all
-/// recordings; one without a time column, so that rows are independent, as a fit of curves takes them.
+/// Each steady interval with the mean of every column and its standard error, over the columns of all recordings.
+/// Without a time column the rows are independent, as fits of static models expect.
 pub(super) fn steady(screened: &[Screened]) -> String {
     let mut heads: Vec<(String, String)> = Vec::new();
     for column in screened.iter().flat_map(|one| &one.table.columns) {

@@ -1,4 +1,4 @@
-//! One unit for what is put side by side: columns of one name, and columns that measure the same.
+//! One unit for comparable columns: those of one name, and those of one quantity.
 
 use std::path::PathBuf;
 
@@ -6,8 +6,8 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::units::{Dimension, Unit, convert};
 use dgd_data::{Column, Table};
 
-/// Converts columns to the unit of the first column of their name, and those that measure the `same`
-/// to that of the first of them.
+/// Converts columns to the unit of the first column of their name, and those that measure the `same` quantity to that
+/// of the first of them.
 ///
 /// # Errors
 ///
@@ -17,7 +17,7 @@ pub(crate) fn unify(
     same: &[[String; 2]],
     diagnostics: &mut Diagnostics,
 ) -> Result<(), Reported> {
-    // Without values, which may be long.
+    // Copies without values, which may be long.
     let mut firsts: Vec<Column> = Vec::new();
     for column in tables.iter().flat_map(|(_, table)| &table.columns) {
         if !firsts.iter().any(|first| first.name == column.name) {
@@ -32,11 +32,11 @@ pub(crate) fn unify(
             });
         }
     }
-    // For each name that of the column whose unit it takes.
+    // For each name, the name whose unit it takes.
     let mut leader: Vec<usize> = (0..firsts.len()).collect();
     for [one, other] in same {
-        let at = |name: &String| firsts.iter().position(|first| first.name == *name);
-        let (Some(one), Some(other)) = (at(one), at(other)) else { continue };
+        let position = |name: &String| firsts.iter().position(|first| first.name == *name);
+        let (Some(one), Some(other)) = (position(one), position(other)) else { continue };
         let (to, from) = (leader[one], leader[other]);
         leader.iter_mut().filter(|leader| **leader == from).for_each(|leader| *leader = to);
     }

@@ -1,4 +1,4 @@
-//! Derivatives of states and outputs to parameters over time.
+//! Derivatives of states and outputs with respect to parameters over time.
 
 mod page;
 pub mod verify;
@@ -31,54 +31,54 @@ pub struct Sensitivities {
     pub model: String,
     /// A column for each derivative.
     pub table: TimeTable,
-    /// What was differentiated, each with its derivatives in the order of the table.
+    /// The differentiated quantities, each with its derivatives in the order of the table.
     pub trajectories: Vec<NamedColumn>,
     /// Name of the integration method.
     pub method: &'static str,
-    /// How it was solved, and what happened at events.
+    /// Statistics of the solution, and its events.
     pub solution: SolutionFacts,
-    /// When a derivative is not defined.
+    /// Intervals in which a derivative is undefined.
     pub undefined: Vec<Undefined>,
-    /// Thresholds at which the run began, so that derivatives are one-sided.
+    /// Thresholds at which the run began, where derivatives are one-sided.
     pub one_sided: Vec<OneSided>,
-    /// How the derivatives compare with differences, where that was asked for.
+    /// The comparison with differences, if requested.
     pub verification: Option<verify::Report>,
-    /// Why it did not go to the end.
+    /// Why it did not reach the end.
     pub stopped: Option<String>,
-    /// Whether that was because who watches stopped it.
+    /// Whether it was cancelled.
     pub is_interrupted: bool,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
     /// Titles of the derivatives in a figure.
     titles: Vec<Text>,
 }
 
-/// A stretch of time in which derivatives are not defined.
+/// An interval in which derivatives are undefined.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Undefined {
     /// When it begins, s.
     pub from: f64,
     /// When it ends, s.
     pub until: f64,
-    /// The equation because of which.
+    /// The equation that causes it.
     pub equation: String,
 }
 
 /// A threshold at which the run began.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct OneSided {
-    /// What changes there.
+    /// The change at the threshold.
     pub threshold: String,
-    /// Parameters and start values to which derivatives are one-sided.
+    /// Parameters and initial values whose derivatives are one-sided.
     pub directions: Vec<String>,
 }
 
 /// Something that can be differentiated.
 #[derive(Debug, Clone, Copy)]
 enum Of {
-    /// An unknown, by its position.
+    /// An unknown, by index.
     Unknown(usize),
-    /// An output, by its position.
+    /// An output, by index.
     Output(usize),
 }
 
@@ -86,7 +86,7 @@ enum Of {
 ///
 /// # Errors
 ///
-/// [`WorkError`]. A run that ends on its way is a result, which says so.
+/// [`WorkError`]. A run that ends early returns a result with the reason.
 pub fn sensitivity(
     request: &SensitivityRequest,
     session: Session<'_>,
@@ -162,10 +162,10 @@ pub fn sensitivity(
 }
 
 impl Sensitivities {
-    /// What programs are told besides the columns.
+    /// The JSON without the columns.
     pub fn details(&self) -> Value {
-        let mut all = self.solution.to_json(&self.model, self.method);
-        if let Some(details) = all.as_object_mut() {
+        let mut result = self.solution.to_json(&self.model, self.method);
+        if let Some(details) = result.as_object_mut() {
             details.insert("undefined".to_owned(), json!(self.undefined));
             if !self.one_sided.is_empty() {
                 details.insert("one_sided".to_owned(), json!(self.one_sided));
@@ -177,18 +177,18 @@ impl Sensitivities {
                 details.insert("verification".to_owned(), verification.to_json());
             }
         }
-        self.provenance.push_json(&mut all);
-        all
+        self.provenance.push_json(&mut result);
+        result
     }
 
-    /// All of it for programs.
+    /// The whole result as JSON.
     pub fn to_json(&self) -> Value {
-        let mut all = self.details();
-        self.table.push_json(&mut all);
-        all
+        let mut result = self.details();
+        self.table.push_json(&mut result);
+        result
     }
 
-    /// How it ended: also with a derivative that differs from its difference.
+    /// The outcome; a derivative that differs from its difference is a failure.
     pub fn ended(&self) -> Ended {
         if let Some(error) = &self.stopped {
             let ended = if self.is_interrupted { Ended::Interrupted } else { Ended::Stopped };
@@ -198,12 +198,12 @@ impl Sensitivities {
         wrong.map_or(Ended::Done, Ended::Stopped)
     }
 
-    /// Its page, which says what command makes it again.
+    /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
         page::write(self, command)
     }
 
-    /// For each thing its own trajectory, then its derivatives.
+    /// For each quantity its trajectory, then its derivatives.
     pub fn figure(&self) -> Figure {
         let subject = |column: &NamedColumn, title: Text| Subject {
             title,
@@ -220,8 +220,8 @@ impl Sensitivities {
         let mut subjects = Vec::new();
         for trajectory in &self.trajectories {
             subjects.push(subject(trajectory, Text::name(&trajectory.name)));
-            let own = derivatives.by_ref().take(each);
-            subjects.extend(own.map(|(column, title)| subject(column, title.clone())));
+            let own_columns = derivatives.by_ref().take(each);
+            subjects.extend(own_columns.map(|(column, title)| subject(column, title.clone())));
         }
         figure::panels(&subjects)
     }
@@ -233,7 +233,7 @@ impl Serialize for Sensitivities {
     }
 }
 
-/// What is compared with differences: what `--of` asks for, or all there is.
+/// The quantities to compare with differences: those of `--of`, or all.
 fn compared(request: &SensitivityRequest, run: &Run, of: &[Of]) -> Vec<verify::Of> {
     if request.of.is_empty() {
         return verify::Of::all(run.signature());
@@ -245,7 +245,7 @@ fn compared(request: &SensitivityRequest, run: &Run, of: &[Of]) -> Vec<verify::O
     compared.collect()
 }
 
-/// Compiles the model with sensitivities to `--to` and finds what `--of` names.
+/// Compiles the model with sensitivities to `--to`, and resolves the names of `--of`.
 fn load(
     request: &SensitivityRequest,
     session: Session<'_>,
@@ -271,18 +271,18 @@ fn load(
     let outputs: Vec<&str> = signature.outputs.iter().map(|output| &*output.name).collect();
     let unknown = |name: &str| unknowns.iter().position(|x| x == name);
     let output = |name: &str| outputs.iter().position(|x| *x == name);
-    let mut of = Vec::new();
+    let mut quantities = Vec::new();
     for name in &request.of {
         let name = compilation.name("--of", name.trim());
-        let found = unknown(&name.text).map(Of::Unknown);
-        if let Some(found) = found.or_else(|| output(&name.text).map(Of::Output)) {
-            of.push(found);
+        let quantity = unknown(&name.text).map(Of::Unknown);
+        if let Some(quantity) = quantity.or_else(|| output(&name.text).map(Of::Output)) {
+            quantities.push(quantity);
             continue;
         }
         let message = format!("no state and no output is called `{}`", name.text);
         let names = signature.unknowns.single.iter().map(|x| &*x.name);
         let names = names.filter(|name| !is_share(name));
-        // An output may bear the name of its unknown.
+        // An output may have the name of its unknown.
         let others = outputs.iter().copied();
         let known: Vec<&str> = names.chain(others.filter(|name| unknown(name).is_none())).collect();
         let help = meant(&name.text, &known);
@@ -292,17 +292,17 @@ fn load(
     if compilation.diagnostics.check().is_err() {
         return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
     }
-    if of.is_empty() {
+    if quantities.is_empty() {
         let unknowns = signature.unknowns.single.iter().enumerate();
         let shown = unknowns.filter(|(_, unknown)| !is_share(&unknown.name));
-        of.extend(shown.map(|(i, _)| Of::Unknown(i)));
-        // An output that reads its unknown says the same in another unit.
+        quantities.extend(shown.map(|(i, _)| Of::Unknown(i)));
+        // An output that equals an unknown would only repeat it in another unit.
         let others = outputs.iter().enumerate();
         let single = signature.unknowns.single.len();
         let is_new = |name: &str| unknown(name).is_none_or(|i| i >= single);
-        of.extend(others.filter(|(_, x)| is_new(x)).map(|(i, _)| Of::Output(i)));
+        quantities.extend(others.filter(|(_, x)| is_new(x)).map(|(i, _)| Of::Output(i)));
     }
-    Ok((LoadedModel::new(compiled, compilation.sources, changed), of))
+    Ok((LoadedModel::new(compiled, compilation.sources, changed), quantities))
 }
 
 impl Of {
@@ -315,24 +315,24 @@ impl Of {
 
     /// Its values in SI.
     fn values(self, solution: &Solution, observations: &Observations) -> Vec<f64> {
-        let at = |k| match self {
+        let value = |k| match self {
             Of::Unknown(i) => solution.y(k)[i],
             Of::Output(i) => observations.w(k)[i],
         };
-        (0..solution.len()).map(at).collect()
+        (0..solution.len()).map(value).collect()
     }
 
-    /// Its derivatives to the j-th direction, SI.
+    /// Its derivatives in the j-th direction, SI.
     fn derivatives(self, solution: &Solution, observations: &Observations, j: usize) -> Vec<f64> {
-        let at = |k| match self {
+        let derivative = |k| match self {
             Of::Unknown(i) => solution.s(k)[j * solution.n + i],
             Of::Output(i) => observations.dw(k)[j * observations.n_w + i],
         };
-        (0..solution.len()).map(at).collect()
+        (0..solution.len()).map(derivative).collect()
     }
 }
 
-/// The derivative of one thing to one parameter.
+/// The derivative of one quantity with respect to one parameter.
 struct Pair {
     of: String,
     to: String,
@@ -397,8 +397,7 @@ mod tests {
     use crate::request::RunRequest;
     use crate::session::Silent;
 
-    /// Verifies a run's sensitivities, each multiplied by a number and moved by another, in units of its
-    /// largest.
+    /// Verifies a run's sensitivities, scaled by a factor and shifted by an offset in units of the largest.
     fn verified(factor: f64, off: f64) -> Result<Option<String>, WorkError> {
         let manifest = env!("CARGO_MANIFEST_DIR");
         let [model, data] =
@@ -424,8 +423,8 @@ mod tests {
     fn derivatives_that_are_wrong_are_found() {
         assert!(matches!(verified(1.0, 0.0), Ok(None)));
         for (factor, off) in [(1.01, 0.0), (-1.0, 0.0), (0.0, 0.0), (1.0, 0.01)] {
-            let found = verified(factor, off);
-            assert!(matches!(found, Ok(Some(_))), "{factor} {off}: {found:?}");
+            let wrong = verified(factor, off);
+            assert!(matches!(wrong, Ok(Some(_))), "{factor} {off}: {wrong:?}");
         }
     }
 }

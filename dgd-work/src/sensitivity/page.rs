@@ -1,4 +1,4 @@
-//! The page of sensitivities: how large each is and when, their curves, where they are not defined.
+//! The page of sensitivities: their sizes and times, curves, and undefined intervals.
 
 use dgd_page::{Cell, Markup, Page, Table, Tone};
 
@@ -30,14 +30,15 @@ fn headline(found: &Sensitivities) -> (String, Tone) {
     if let Some(wrong) = found.verification.as_ref().and_then(Report::wrong) {
         return (wrong, Tone::Doubt);
     }
-    let of: Vec<String> = found.trajectories.iter().map(|one| format!("`{}`", one.name)).collect();
+    let names: Vec<String> =
+        found.trajectories.iter().map(|one| format!("`{}`", one.name)).collect();
     let n = found.table.columns.len();
     let noun = if n == 1 { "derivative" } else { "derivatives" };
     let checked = if found.verification.is_some() { ", equal to differences of runs" } else { "" };
-    (format!("{n} {noun} of {}{checked}", of.join(", ")), Tone::Plain)
+    (format!("{n} {noun} of {}{checked}", names.join(", ")), Tone::Plain)
 }
 
-/// The largest of each derivative, and when.
+/// The largest value of each derivative, and its time.
 fn sizes(found: &Sensitivities) -> Markup {
     let head = ["derivative", "unit", "largest", "at, s", "root mean square", "at the end"];
     let mut table = Table::new("How large the derivatives are", &head);

@@ -1,4 +1,4 @@
-//! Trajectories for many sets of parameters and start values.
+//! Trajectories for many sets of parameters and initial values.
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,10 +25,10 @@ use crate::session::Session;
 
 /// Sets that a thread runs before their rows are written.
 const BLOCK: usize = 64;
-/// Failures that are told one by one.
+/// Failures reported one by one.
 const MOST_TOLD: usize = 5;
 
-/// A quantity that is shown.
+/// A quantity in the result.
 #[derive(Debug)]
 struct Shown {
     name: String,
@@ -36,7 +36,7 @@ struct Shown {
     of: Of,
 }
 
-/// What it is.
+/// Source of a quantity.
 #[derive(Debug, Clone, Copy)]
 enum Of {
     Input(usize),
@@ -60,9 +60,9 @@ fn shown(run: &Run) -> Vec<Shown> {
         .collect()
 }
 
-/// The runs of many sets, and what became of them so far.
+/// The runs of many sets, and their outcomes so far.
 ///
-/// They are run block by block, so that nobody has to hold more of them than is wanted.
+/// They are run block by block, so that memory holds no more of them than the caller keeps.
 pub struct Ensemble {
     run: Run,
     sets: Vec<Set>,
@@ -70,17 +70,17 @@ pub struct Ensemble {
     shown: Vec<Shown>,
     statistics: Statistics,
     written: usize,
-    /// Numbers of sets, from 1, and why they failed.
+    /// Numbers of failed sets, from 1, and the reasons.
     failed: Vec<(usize, String)>,
-    /// Whether who watches stopped them.
+    /// Whether the ensemble was cancelled.
     is_interrupted: bool,
-    /// Values of all that is shown, in its unit, after the number of the set and the time.
+    /// Values of all quantities, in their units, after the number of the set and the time.
     gathered: Vec<Vec<f64>>,
     /// Values of sets for a figure, SI.
     drawn: Vec<Vec<Vec<f64>>>,
 }
 
-/// What is held of an ensemble besides what is written of it.
+/// Values of an ensemble to keep in memory, whether or not they are written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Hold {
@@ -91,7 +91,7 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// What is held.
+    /// Keeps these values.
     pub fn new(columns: bool, figure: bool) -> Self {
         Hold { columns, figure }
     }
@@ -139,17 +139,17 @@ impl Ensemble {
         })
     }
 
-    /// How many sets there are.
+    /// Number of sets.
     pub fn sets(&self) -> usize {
         self.sets.len()
     }
 
-    /// How many sets could be run so far.
+    /// Number of sets run successfully so far.
     pub fn done(&self) -> usize {
         self.written
     }
 
-    /// Runs all sets, and holds of them what is asked for. Where the session stops it, those that are done are held.
+    /// Runs all sets, and keeps the requested values. After a cancellation, the finished sets are kept.
     ///
     /// # Errors
     ///
@@ -159,12 +159,11 @@ impl Ensemble {
         self.each(hold, session, |_, _| Ok(())).map_err(|error| WorkError::Found(error.to_string()))
     }
 
-    /// Refuses an ensemble that needs more memory than is free, and holds the results of so many sets at the
-    /// end.
+    /// Refuses an ensemble that needs more memory than is free, with the results of `held` sets in memory at the end.
     ///
     /// # Errors
     ///
-    /// How much it needs, and what needs less.
+    /// The required memory, and advice on reducing it.
     pub fn verify_memory(&self, held: usize) -> Result<(), WorkError> {
         let signature = self.run.signature();
         let n = signature.unknowns.len();
@@ -183,7 +182,7 @@ impl Ensemble {
         memory::verify("the ensemble", &demands)
     }
 
-    /// Runs all sets, and gives `take` the number of each and the values of all that is shown.
+    /// Runs all sets, and calls `take` with the number of each and the values of all quantities.
     fn each(
         &mut self,
         hold: Hold,
@@ -212,10 +211,10 @@ impl Ensemble {
                 run.system.reduce_members(&members, times, options, threads, |_, one| {
                     let trajectory = one.map_err(|failure| failure.error)?;
                     let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                    let of = dgd_identify::Of::Exactly(all);
-                    session.advanced("sets", done, of);
-                    let all = shown.iter().map(|shown| values(&trajectory, shown.of));
-                    Ok((all.collect::<Vec<_>>(), trajectory.statistics))
+                    let count = dgd_identify::Of::Exactly(all);
+                    session.advanced("sets", done, count);
+                    let columns = shown.iter().map(|shown| values(&trajectory, shown.of));
+                    Ok((columns.collect::<Vec<_>>(), trajectory.statistics))
                 });
             for (i, outcome) in outcomes.into_iter().enumerate() {
                 let number = k * block + i + 1;
@@ -244,7 +243,7 @@ impl Ensemble {
         Ok(())
     }
 
-    /// Runs all sets and writes their rows as CSV: the number of the set, then what a single run has.
+    /// Runs all sets and writes their rows as CSV: the number of the set, then the columns of a single run.
     ///
     /// # Errors
     ///
@@ -280,7 +279,7 @@ impl Ensemble {
         })
     }
 
-    /// For programs: what became of the sets, and the columns where they are held.
+    /// For programs: the outcomes of the sets, and the columns if they were kept.
     pub fn to_json(&self) -> Value {
         let failed: Vec<Value> = (self.failed.iter())
             .map(|(set, error)| json!({ "set": set, "error": error }))
@@ -313,7 +312,7 @@ impl Ensemble {
         details
     }
 
-    /// How it ended: it stopped where sets failed.
+    /// The outcome: a failure if sets failed.
     pub fn ended(&self) -> Ended {
         if self.is_interrupted {
             let (done, all) = (self.written, self.sets.len());
@@ -326,16 +325,16 @@ impl Ensemble {
         }
         let mut lines =
             vec![format!("{} of {} sets could not be run", self.failed.len(), self.sets.len())];
-        let told = self.failed.iter().take(MOST_TOLD);
-        lines.extend(told.map(|(set, error)| format!("  set {set}: {error}")));
+        let listed = self.failed.iter().take(MOST_TOLD);
+        lines.extend(listed.map(|(set, error)| format!("  set {set}: {error}")));
         if self.failed.len() > MOST_TOLD {
             lines.push("  …".to_owned());
         }
-        // Those that could are written, and JSON says which could not.
+        // The successful sets are written, and the JSON lists the failed ones.
         Ended::Stopped(lines.join("\n"))
     }
 
-    /// Its page, which says what command makes it again.
+    /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
         let model = &self.run.signature().name;
         let kind = Markup::text("Ensemble of the model ").then(&Markup::code(model));
@@ -352,7 +351,7 @@ impl Ensemble {
         page::of_figure(&title, &kind, &headline, &[note.paragraph()], &self.figure(), &origin)
     }
 
-    /// One panel for each state and output: where half and nine tenths of the sets are, of those held.
+    /// One panel for each state and output with the 50 % and 90 % bands of the kept sets.
     pub fn figure(&self) -> Figure {
         figure(&self.run, &self.drawn)
     }
@@ -373,7 +372,7 @@ fn input_values(run: &Run, i: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Adds the rows of a set: its number, the times, then all that is shown in its unit.
+/// Adds the rows of a set: its number, the times, then all quantities in their units.
 fn gather(
     gathered: &mut Vec<Vec<f64>>,
     number: usize,
@@ -389,7 +388,7 @@ fn gather(
     }
 }
 
-/// One panel for each state and output: where half and nine tenths of the sets are.
+/// One panel for each state and output with the 50 % and 90 % bands of the sets.
 fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
     let mut panels = Vec::new();
     for (j, Shown { name, unit, of }) in shown(run).iter().enumerate() {
@@ -415,7 +414,7 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
         let quantiles = quantiles(sets, j, times.len());
         let [low, lower, middle, upper, high] = quantiles.map(|values| in_unit(&values, unit));
         panel.series.push(line(Meaning::Simulated, "median", middle));
-        // Grey, and in the colour of the line.
+        // The outer band in grey, the inner one in the colour of the line.
         for (name, around, low, high) in
             [("90 %", None, low, high), ("50 %", Some(0), lower, upper)]
         {
@@ -436,18 +435,18 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
     Figure::new(Text::plain("Time").with_unit("s"), panels)
 }
 
-/// Fractions of the sets that are below the edges of the bands.
+/// Probabilities of the quantiles at the edges of the bands.
 const FRACTIONS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// Quantiles of a quantity over all sets, at each time: between two sets along a straight line.
+/// Quantiles of a quantity over all sets at each time, interpolated linearly.
 fn quantiles(sets: &[Vec<Vec<f64>>], quantity: usize, times: usize) -> [Vec<f64>; 5] {
-    let mut all = [const { Vec::new() }; 5];
+    let mut quantiles = [const { Vec::new() }; 5];
     let mut sorted: Vec<f64> = Vec::with_capacity(sets.len());
     for k in 0..times {
         sorted.clear();
         sorted.extend(sets.iter().map(|set| set[quantity][k]));
         sorted.sort_unstable_by(f64::total_cmp);
-        for (values, fraction) in all.iter_mut().zip(FRACTIONS) {
+        for (values, fraction) in quantiles.iter_mut().zip(FRACTIONS) {
             let place = fraction * sorted.len().saturating_sub(1) as f64;
             let (below, part) = (place.floor() as usize, place.fract());
             let value = |k: usize| sorted.get(k).copied().unwrap_or(f64::NAN);
@@ -455,7 +454,7 @@ fn quantiles(sets: &[Vec<Vec<f64>>], quantity: usize, times: usize) -> [Vec<f64>
             values.push(value(below) + between);
         }
     }
-    all
+    quantiles
 }
 
 #[cfg(test)]

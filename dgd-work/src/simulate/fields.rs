@@ -1,4 +1,4 @@
-//! Arrays over place and time: which elements a run keeps for their picture, and the picture.
+//! Arrays over place and time: the elements that a run keeps for their picture, and the picture.
 
 use dgd_plot::{HeatMap, Panel, Text};
 use dgd_runtime::{Signature, Solution, Unit};
@@ -6,10 +6,10 @@ use dgd_runtime::{Signature, Solution, Unit};
 use crate::output::columns::{in_unit, is_added, is_element};
 use crate::output::{Kind, NamedColumn, TimeTable};
 
-/// Fewest elements of an array that is one picture; those of a smaller one have a curve each.
+/// Smallest array drawn as a picture; the elements of smaller ones are drawn as curves.
 const FEWEST: usize = 4;
 
-/// Places and times that are kept of an array: about as many as its picture has cells.
+/// Places and times kept of an array: about as many as its picture has cells.
 const PLACES: usize = 64;
 const TIMES: usize = 300;
 
@@ -21,24 +21,24 @@ pub struct Field {
     pub name: String,
     /// The unit of its values.
     pub unit: Unit,
-    /// Indices of the elements that were kept.
+    /// Indices of the kept elements.
     pub indices: Vec<i64>,
     /// Times, s.
     pub times: Vec<f64>,
-    /// For each index the values at the times, in the unit.
+    /// For each index, the values at the times, in the unit.
     pub values: Vec<Vec<f64>>,
 }
 
-/// Arrays of unknowns that a run keeps elements of.
+/// Arrays of unknowns whose elements a run keeps.
 #[derive(Debug, Default)]
 pub(super) struct Wanted {
-    /// Positions of the elements among the unknowns, array by array.
+    /// Indices of the elements among the unknowns, array by array.
     pub(super) elements: Vec<usize>,
     arrays: Vec<(String, Unit, Vec<i64>)>,
 }
 
 impl Wanted {
-    /// All that are large enough and that no output shows.
+    /// All arrays that are large enough and not shown by an output.
     pub(super) fn of(signature: &Signature) -> Wanted {
         let arrays = &signature.unknowns.arrays;
         let in_arrays: usize = arrays.iter().map(|array| array.count).sum();
@@ -61,16 +61,16 @@ impl Wanted {
         wanted
     }
 
-    /// What a run kept of them behind so many single unknowns.
+    /// The kept elements in a solution, after `single` single unknowns.
     pub(super) fn found(self, solution: &Solution, single: usize) -> Vec<Field> {
         let rows = thinned(solution.len(), TIMES);
         let times: Vec<f64> = rows.iter().map(|k| solution.times[*k]).collect();
-        let mut at = single;
+        let mut next = single;
         let arrays = self.arrays.into_iter().map(|(name, unit, indices)| {
-            let own = at..at + indices.len();
-            at = own.end;
+            let elements = next..next + indices.len();
+            next = elements.end;
             let value = |i: usize, k: &usize| unit.from_si(solution.y(*k)[i]);
-            let values = own.map(|i| rows.iter().map(|k| value(i, k)).collect()).collect();
+            let values = elements.map(|i| rows.iter().map(|k| value(i, k)).collect()).collect();
             Field { name, times: times.clone(), values, indices, unit }
         });
         arrays.collect()
@@ -82,7 +82,7 @@ fn base(name: &str) -> Option<&str> {
     is_element(name).then(|| name.split('[').next()).flatten()
 }
 
-/// So many positions of `count` at most, evenly, the last among them.
+/// At most `most` evenly spaced indices below `count`, including the last.
 fn thinned(count: usize, most: usize) -> Vec<usize> {
     let stride = count.div_ceil(most).max(1);
     let mut kept: Vec<usize> = (0..count).step_by(stride).collect();
@@ -109,7 +109,7 @@ fn panel(name: &str, unit: &Unit, places: Vec<f64>, x: Vec<f64>, values: Vec<Vec
     }
 }
 
-/// Arrays of outputs that are pictures of their own, by name.
+/// Arrays of outputs drawn as pictures, by name.
 pub(super) fn arrays_of(table: &TimeTable) -> Vec<String> {
     let outputs = table.columns.iter().filter(|column| column.kind == Kind::Output);
     let mut counted: Vec<(&str, usize)> = Vec::new();
@@ -142,8 +142,8 @@ pub(super) fn panels(fields: &[Field], table: &TimeTable, arrays: &[String]) -> 
         let kept = thinned(elements.len(), PLACES);
         let places = kept.iter().map(|k| index(elements[*k])).collect::<Option<Vec<f64>>>()?;
         let values = kept.iter().map(|k| {
-            let own: Vec<f64> = rows.iter().map(|row| elements[*k].values[*row]).collect();
-            in_unit(&own, unit)
+            let column: Vec<f64> = rows.iter().map(|row| elements[*k].values[*row]).collect();
+            in_unit(&column, unit)
         });
         let x = rows.iter().map(|row| table.times[*row]).collect();
         Some(panel(array, unit, places, x, values.collect()))

@@ -1,4 +1,4 @@
-//! Trajectories of states and outputs, of one run or of many.
+//! Trajectories of states and outputs, for one run or many.
 
 mod ensemble;
 mod fields;
@@ -42,25 +42,25 @@ pub struct Simulated {
     pub model: String,
     /// Inputs, states and outputs; an output named like a state takes its column.
     pub table: TimeTable,
-    /// What was measured of the outputs.
+    /// Measurements of the outputs.
     pub measured: Measured,
     /// Name of the integration method.
     pub method: &'static str,
-    /// How it was solved, and what happened at events.
+    /// Statistics of the solution, and its events.
     pub solution: SolutionFacts,
-    /// Why it did not go to the end.
+    /// Why it did not reach the end.
     pub stopped: Option<String>,
-    /// Whether that was because who watches stopped it.
+    /// Whether it was cancelled.
     pub is_interrupted: bool,
-    /// How outputs are drawn over another quantity, if not over time.
+    /// The abscissa of the plots, if not time.
     pub sweep: Option<Sweep>,
-    /// Arrays of unknowns that no output shows, where they were asked for.
+    /// Arrays of unknowns that no output shows, if requested.
     pub fields: Vec<Field>,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
 }
 
-/// How a run was solved, and what happened in it.
+/// Statistics of a run's solution, and its events.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 pub struct SolutionFacts {
@@ -70,7 +70,7 @@ pub struct SolutionFacts {
     pub steps: usize,
     /// Rejected steps.
     pub rejected: usize,
-    /// Equal steps per sample; none where steps were adaptive.
+    /// Number of steps per sample; `None` for adaptive steps.
     pub steps_per_sample: Option<u32>,
     /// Events, for programs.
     events: Vec<Value>,
@@ -87,7 +87,7 @@ impl SolutionFacts {
         }
     }
 
-    /// What programs are told of it.
+    /// The facts as JSON.
     pub(crate) fn to_json(&self, model: &str, method: &str) -> Value {
         json!({
             "model": model,
@@ -105,7 +105,7 @@ impl SolutionFacts {
 ///
 /// # Errors
 ///
-/// [`WorkError`]. A run that ends on its way is a result, which says so.
+/// [`WorkError`]. A run that ends early returns a result with the reason.
 pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simulated, WorkError> {
     let loaded = load(&request.run.model, &request.run.choices, &Directions::None, session)?;
     let mut run = Run::prepare(&request.run, loaded, session)?;
@@ -141,11 +141,11 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
     Ok(Simulated { sweep, fields, ..Simulated::of(&run, table, &solution, stopped.as_ref()) })
 }
 
-/// Prepares the runs of many sets of parameters and start values.
+/// Prepares the runs of many sets of parameters and initial values.
 ///
 /// # Errors
 ///
-/// [`WorkError`], also where the sets have mistakes.
+/// [`WorkError`], also for mistakes in the sets.
 pub fn simulate_each(
     request: &SimulateRequest,
     session: Session<'_>,
@@ -154,7 +154,7 @@ pub fn simulate_each(
 }
 
 impl Simulated {
-    /// What came of a run.
+    /// The result of a run.
     fn of(
         run: &Run,
         table: TimeTable,
@@ -176,7 +176,7 @@ impl Simulated {
         }
     }
 
-    /// What programs are told besides the columns.
+    /// The JSON without the columns.
     pub fn details(&self) -> Value {
         let mut details = self.solution.to_json(&self.model, self.method);
         if let (Some(error), Some(details)) = (&self.stopped, details.as_object_mut()) {
@@ -202,19 +202,19 @@ impl Simulated {
         details
     }
 
-    /// All of it for programs.
+    /// The whole result as JSON.
     pub fn to_json(&self) -> Value {
-        let mut all = self.details();
-        self.table.push_json(&mut all);
-        all
+        let mut result = self.details();
+        self.table.push_json(&mut result);
+        result
     }
 
-    /// How far each output agrees with what was measured of it, at the rows that have a sample.
+    /// Agreement of each output with its measurements, at the rows that have a sample.
     fn agreements(&self) -> Vec<(&NamedColumn, Agreement)> {
         let times = &self.table.times;
         let one = |(output, samples): (_, &Option<Vec<f64>>)| {
             let output: &NamedColumn = output;
-            // Times ascend on both sides. Of two rows with one time the second counts.
+            // Times ascend on both sides. Of two rows at one time the second counts.
             let mut rows = 0;
             let mut simulated = move |time: &f64| {
                 rows += times[rows..].iter().take_while(|row| *row <= time).count();
@@ -230,7 +230,7 @@ impl Simulated {
         self.of_kind(Kind::Output).zip(&self.measured.outputs).filter_map(one).collect()
     }
 
-    /// How far each output agrees with what was measured of it, for people; empty where nothing was.
+    /// Agreement of each output with its measurements, as text; empty without measurements.
     pub fn agreement(&self) -> String {
         let mut rows =
             vec![["output", "unit", "fit", "rms residual", "samples"].map(str::to_owned)];
@@ -251,13 +251,13 @@ impl Simulated {
         text
     }
 
-    /// How it ended.
+    /// The outcome.
     pub fn ended(&self) -> Ended {
         let ended = if self.is_interrupted { Ended::Interrupted } else { Ended::Stopped };
         self.stopped.clone().map_or(Ended::Done, ended)
     }
 
-    /// Its figure: over time, or over the quantity that was asked for.
+    /// Its figure: over time, or over the requested quantity.
     pub fn figure(&self) -> Figure {
         let over = self.sweep.as_ref().and_then(|sweep| over::figure(sweep, self));
         over.unwrap_or_else(|| {
@@ -270,8 +270,7 @@ impl Simulated {
         })
     }
 
-    /// Its figures over time, in that order: outputs; what was measured of them less what was simulated; other
-    /// unknowns, then inputs. A figure of nothing has no panels.
+    /// Its figures over time: outputs; their residuals; other unknowns and inputs. An empty figure has no panels.
     pub fn figures(&self) -> [Figure; 3] {
         let (mut outputs, mut unknowns, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
         for (kind, subject) in self.subjects(&fields::arrays_of(&self.table)) {
@@ -287,13 +286,13 @@ impl Simulated {
         [figure::panels(&outputs), residuals, figure::panels(&unknowns)]
     }
 
-    /// How well it fits, or why it stopped, in a sentence; and how far each output agrees with what was measured of it,
-    /// as a table of a page, which is empty where nothing was.
+    /// The quality of the agreement, or the reason why the run stopped, as a sentence; and the agreement of each output
+    /// with its measurements as a table of a page, empty without measurements.
     pub fn in_words(&self) -> (String, Markup) {
         page::in_words(self, &page::compared(self))
     }
 
-    /// Its page, which says what command makes it again.
+    /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
         page::write(self, command)
     }
@@ -303,8 +302,8 @@ impl Simulated {
         self.table.columns.iter().filter(move |column| column.kind == kind)
     }
 
-    /// What the figure shows in curves: the inputs, unit by unit; then each declared state and each output, with what
-    /// was measured of it. Elements of `arrays`, which have pictures of their own, are there where they were measured.
+    /// The curves of the figure: the inputs by unit; then each declared state and each output, with its measurements.
+    /// Elements of `arrays`, which have pictures of their own, are included if they were measured.
     fn subjects(&self, arrays: &[String]) -> Vec<(Kind, Subject)> {
         let line = |name: Text, column: &NamedColumn, meaning| Line {
             name,
@@ -318,7 +317,7 @@ impl Simulated {
             let unit = input.unit.symbol.to_string();
             let alike = subjects.iter_mut().find(|(_, subject)| subject.unit == unit);
             if let Some((_, subject)) = alike {
-                // Two lines and more are named by the legend.
+                // Two or more lines are named by the legend.
                 subject.title = Text::default();
                 subject.lines.push(line);
             } else {
@@ -361,8 +360,7 @@ impl Serialize for Simulated {
     }
 }
 
-/// Time series in the order promised: inputs, states, outputs; an output named like a state takes
-/// its column.
+/// Time series in the documented order: inputs, states, outputs; an output named like a state takes its column.
 fn table(run: &Run, solution: &Solution, observations: &Observations) -> TimeTable {
     let signature = run.signature();
     let mut columns = Vec::new();

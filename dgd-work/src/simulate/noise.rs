@@ -7,7 +7,7 @@ use rand_pcg::rand_core::Rng;
 
 /// Adds the noise that each output declares, white.
 ///
-/// Each output has a random stream of its own, so that its noise does not depend on the others.
+/// Each output has its own random stream, so that its noise does not depend on the others.
 pub(super) fn add(signature: &Signature, observations: &mut Observations, seed: u64) {
     let n_w = observations.n_w;
     for (i, output) in signature.outputs.iter().enumerate() {
@@ -25,7 +25,7 @@ pub(super) fn add(signature: &Signature, observations: &mut Observations, seed: 
     }
 }
 
-/// A reading of an output.
+/// A noisy reading of an output.
 fn scattered(w: f64, sigma: f64, distribution: Distribution, random: &mut Pcg64) -> f64 {
     match distribution {
         Distribution::Normal => w + sigma * standard_normal(random),
@@ -34,8 +34,7 @@ fn scattered(w: f64, sigma: f64, distribution: Distribution, random: &mut Pcg64)
     }
 }
 
-/// A deviate of Student's distribution, by Bailey, Math. Comp. 62 (1994) 779: that of Box and Muller with another
-/// radius.
+/// A deviate of Student's distribution, by Bailey, Math. Comp. 62 (1994) 779: Box–Muller with a different radius.
 fn student(freedom: f64, random: &mut Pcg64) -> f64 {
     let (radius, angle) = (uniform(random), uniform(random));
     let square = freedom * (-2.0 / freedom * radius.ln()).exp_m1();
@@ -69,7 +68,7 @@ mod tests {
         assert!((variance - 1.0).abs() < 5.0 * (2.0 / f64::from(n)).sqrt(), "variance {variance}");
     }
 
-    /// Shares beyond quantiles that tables of Student's distribution have.
+    /// Tail probabilities at tabulated quantiles of Student's distribution.
     #[test]
     fn student_s_deviates_have_its_tails() {
         for (freedom, quantile, beyond) in [(4.0, 2.776_445, 0.05), (1.0, 12.706_205, 0.05)] {

@@ -1,4 +1,4 @@
-//! Outputs drawn over another quantity than time, as characteristic curves are.
+//! Outputs drawn over another quantity than time, such as characteristic curves.
 
 use dgd_plot::{Figure, Label, Meaning, Panel, Series, Style, Text};
 use dgd_runtime::{Signature, Unit};
@@ -10,28 +10,28 @@ use crate::output::quantity::rounded;
 use crate::output::{Kind, NamedColumn, TimeTable};
 use crate::request::SimulateRequest;
 
-/// Rows of a picture that is drawn smooth: more than a curve needs.
+/// Rows for a smooth curve.
 const SMOOTH: usize = 400;
 
-/// Digits of a value that stands at the end of a curve.
+/// Digits of the value at the end of a curve.
 const DIGITS: i32 = 4;
 
-/// How outputs are drawn over another quantity.
+/// Plots of outputs over another quantity.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Sweep {
     /// The quantity.
     pub over: String,
-    /// Arrays of curves, each with the array whose values stand at their ends.
+    /// Arrays of curves, each with the array whose values label their ends.
     pub labels: Vec<(String, String)>,
-    /// Abscissas and ordinates of points that are marked.
+    /// Abscissas and ordinates of marked points.
     pub marks: Vec<(String, String)>,
-    /// The same run in rows that are close enough for smooth curves, where the result's are not.
+    /// The same run with enough rows for smooth curves, if the result has fewer.
     pub(super) fine: Option<TimeTable>,
 }
 
 impl Sweep {
-    /// What is asked for, if it is; checked before anything is computed.
+    /// The requested sweep, if any; checked before anything is computed.
     pub(super) fn of(
         request: &SimulateRequest,
         signature: &Signature,
@@ -63,30 +63,30 @@ impl Sweep {
         Ok(Some(sweep))
     }
 
-    /// Whether a quantity stands in labels or marks instead of in a curve.
+    /// Whether a quantity is shown by labels or marks instead of a curve.
     fn hides(&self, name: &str) -> bool {
-        let by = self.labels.iter().map(|(_, by)| by);
+        let labels = self.labels.iter().map(|(_, by)| by);
         let points = self.marks.iter().flat_map(|(x, y)| [x, y]);
-        by.chain(points).any(|hidden| base(name) == hidden)
+        labels.chain(points).any(|hidden| base(name) == hidden)
     }
 }
 
-/// Rows between the given ones, so that curves are smooth; none where there are enough.
+/// Rows between the given ones for smooth curves; `None` if there are enough.
 pub(super) fn between(rows: &[f64]) -> Option<Vec<f64>> {
     let stretches = rows.windows(2).filter(|pair| pair[1] > pair[0]).count();
     if stretches == 0 || rows.len() >= SMOOTH {
         return None;
     }
     let parts = SMOOTH.div_ceil(stretches);
-    let mut all = vec![rows[0]];
+    let mut times = vec![rows[0]];
     for pair in rows.windows(2) {
         let step = (pair[1] - pair[0]) / parts as f64;
         if step > 0.0 {
-            all.extend((1..parts).map(|k| pair[0] + k as f64 * step).filter(|t| *t < pair[1]));
+            times.extend((1..parts).map(|k| pair[0] + k as f64 * step).filter(|t| *t < pair[1]));
         }
-        all.push(pair[1]);
+        times.push(pair[1]);
     }
-    Some(all)
+    Some(times)
 }
 
 /// The array of an element, or the name itself.
@@ -94,17 +94,17 @@ fn base(name: &str) -> &str {
     if is_element(name) { name.split('[').next().unwrap_or(name) } else { name }
 }
 
-/// The unit in which a quantity, or each element of an array, is shown.
+/// The display unit of a quantity, or of each element of an array.
 fn unit_of(name: &str, signature: &Signature) -> Option<String> {
     let shown = |name: &str, unit: &Unit| (base(name).to_owned(), unit.symbol.to_string());
     let outputs = signature.outputs.iter().map(|output| shown(&output.name, &output.unit));
     let inputs = signature.inputs.iter().map(|input| shown(&input.name, &input.unit));
     let unknowns = signature.unknowns.iter().map(|unknown| shown(&unknown.name, &unknown.unit));
-    let mut all = outputs.chain(inputs).chain(unknowns);
-    all.find(|(other, _)| other == name).map(|(_, unit)| unit)
+    let mut quantities = outputs.chain(inputs).chain(unknowns);
+    quantities.find(|(other, _)| other == name).map(|(_, unit)| unit)
 }
 
-/// Checks before anything is computed that there is such a quantity.
+/// Checks, before anything is computed, that the quantity exists.
 fn verify(name: &str, signature: &Signature) -> Result<(), WorkError> {
     let inputs = signature.inputs.iter().map(|input| input.name.to_string());
     let unknowns = signature.unknowns.iter().map(|unknown| unknown.name.to_string());
@@ -120,7 +120,7 @@ fn verify(name: &str, signature: &Signature) -> Result<(), WorkError> {
     Err(WorkError::Usage(message))
 }
 
-/// Checks that two outputs, or arrays of outputs, belong together element by element.
+/// Checks that two outputs, or arrays of outputs, match element by element.
 fn verify_pairs(option: &str, names: [&str; 2], signature: &Signature) -> Result<(), WorkError> {
     let mut known: Vec<&str> = signature.outputs.iter().map(|output| base(&output.name)).collect();
     let count = |name: &str| known.iter().filter(|known| **known == name).count();
@@ -140,9 +140,9 @@ fn verify_pairs(option: &str, names: [&str; 2], signature: &Signature) -> Result
     Err(WorkError::Usage(format!("`{option}`: {problem}")))
 }
 
-/// Over a column of the result: a panel for each output that was measured, with what was measured at a row of the
-/// result as a dot there, over what was measured of that column if it was; and one for each unit of the others, in
-/// which an array is one family of curves. No two curves or families have one colour, in whatever panel they are.
+/// Over a column of the result: a panel for each measured output, with dots for the samples at rows of the result,
+/// drawn over the measurements of that column if it has some; and one for each unit of the other outputs, in which an
+/// array is one family of curves. No two curves or families share a colour, in any panel.
 pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
     let name = &sweep.over;
     let table = sweep.fine.as_ref().unwrap_or(&simulated.table);
@@ -171,19 +171,19 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
         let series = &mut panels.of(output).series;
         let array = base(&output.name);
         if array != output.name {
-            // One series for all curves: they are told apart by their labels.
+            // All curves share one series and are identified by their labels.
             let element = &output.name[array.len()..];
             let labelled = sweep.labels.iter().find(|(curves, _)| array == curves);
-            let by = labelled
+            let label = labelled
                 .and_then(|(_, by)| outputs().find(|other| other.name == format!("{by}{element}")));
-            append(series, array, &x, output, by, &mut alike);
+            append(series, array, &x, output, label, &mut alike);
             continue;
         }
         let line = Series::new(Text::name(&output.name), Style::Line, x.clone(), output.in_unit());
         series.push(Series { meaning: alike(), ..line });
     }
     for (at, heights) in &sweep.marks {
-        let of =
+        let elements =
             |name: &str| outputs().filter(|output| base(&output.name) == name).collect::<Vec<_>>();
         let mut marks = Series {
             style: Style::Marks,
@@ -192,7 +192,7 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
             ..Series::default()
         };
         let mut unit = None;
-        for (x, y) in of(at).into_iter().zip(of(heights)) {
+        for (x, y) in elements(at).into_iter().zip(elements(heights)) {
             marks.x.extend(x.in_unit());
             marks.y.extend(y.in_unit());
             unit = Some(y);
@@ -204,8 +204,8 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
     Some(Figure::new(Text::name(name).with_unit(&abscissa.unit.symbol), panels.finished()))
 }
 
-/// Adds the curve of an element to the series of its array, behind a gap. At its end stands the value of another column,
-/// or the element's index.
+/// Adds the curve of an element to the series of its array, after a gap, labelled with the value of another column or
+/// the element's index.
 fn append(
     series: &mut Vec<Series>,
     array: &str,
@@ -215,11 +215,11 @@ fn append(
     meaning: &mut impl FnMut() -> Meaning,
 ) {
     let name = Text::name(array);
-    let at = series.iter().position(|series| series.name == name).unwrap_or_else(|| {
+    let position = series.iter().position(|series| series.name == name).unwrap_or_else(|| {
         series.push(Series { name, meaning: meaning(), ..Series::default() });
         series.len() - 1
     });
-    let (all, y) = (&mut series[at], curve.in_unit());
+    let (all, y) = (&mut series[position], curve.in_unit());
     if !all.x.is_empty() {
         all.x.push(f64::NAN);
         all.y.push(f64::NAN);
@@ -244,7 +244,7 @@ fn last_value(column: &NamedColumn) -> Text {
     }
 }
 
-/// Panels of single outputs, then panels by the units of their axes.
+/// Panels of single outputs, then panels by unit.
 #[derive(Default)]
 struct Panels {
     measured: Vec<Panel>,
@@ -252,18 +252,19 @@ struct Panels {
 }
 
 impl Panels {
-    /// The panel in a column's unit.
+    /// The panel for a column's unit.
     fn of(&mut self, column: &NamedColumn) -> &mut Panel {
         let label = Text::default().with_unit(&column.unit.symbol);
-        let all = &mut self.by_unit;
-        let at = all.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
-            all.push(Panel { y_label: label, ..Panel::default() });
-            all.len() - 1
-        });
-        &mut all[at]
+        let panels = &mut self.by_unit;
+        let position =
+            panels.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
+                panels.push(Panel { y_label: label, ..Panel::default() });
+                panels.len() - 1
+            });
+        &mut panels[position]
     }
 
-    /// What the model says of an output, and what was measured of it.
+    /// Adds an output with its measurements.
     fn add_measured(&mut self, column: &NamedColumn, x: &[f64], at: &[f64], samples: Vec<f64>) {
         let series = |name: &str, style, meaning, x: &[f64], y| Series {
             meaning,
@@ -281,7 +282,7 @@ impl Panels {
 
     fn finished(mut self) -> Vec<Panel> {
         for panel in &mut self.by_unit {
-            // A legend names two and more.
+            // A legend names two or more.
             if let [only] = panel.series.as_slice() {
                 panel.title = only.name.clone();
             }
@@ -291,8 +292,8 @@ impl Panels {
     }
 }
 
-/// Samples at the rows that have one; NaN, which is not drawn, elsewhere. Of two rows with one time, the
-/// sides of a jump, the second has the second sample of that time, if there are two.
+/// Samples at the rows that have one; NaN, which is not drawn, elsewhere. Of two rows at one time, the sides of a jump,
+/// the second has the second sample of that time, if there are two.
 pub(super) fn measured_at(rows: &[f64], times: &[f64], samples: &[f64]) -> Vec<f64> {
     let sample = |(at, row): (usize, &f64)| {
         let first = times.partition_point(|time| time < row);
@@ -309,10 +310,10 @@ mod tests {
 
     #[test]
     fn only_rows_with_a_sample_have_one() {
-        let found = measured_at(&[0.0, 0.5, 1.0, 3.0], &[0.0, 1.0, 2.0], &[5.0, 6.0, 7.0]);
-        assert_eq!(found[0], 5.0);
-        assert!(found[1].is_nan() && found[3].is_nan());
-        assert_eq!(found[2], 6.0);
+        let measured = measured_at(&[0.0, 0.5, 1.0, 3.0], &[0.0, 1.0, 2.0], &[5.0, 6.0, 7.0]);
+        assert_eq!(measured[0], 5.0);
+        assert!(measured[1].is_nan() && measured[3].is_nan());
+        assert_eq!(measured[2], 6.0);
     }
 
     #[test]
@@ -320,17 +321,17 @@ mod tests {
         let times = [0.0, 1.0, 1.0, 2.0];
         let samples = [5.0, 6.0, 7.0, 8.0];
         assert_eq!(measured_at(&times, &times, &samples), samples);
-        // A result that jumps where the samples do not, and the other way round.
+        // A result that jumps where the samples do not, and vice versa.
         assert_eq!(measured_at(&[0.0, 0.0, 1.0], &times, &samples), [5.0, 5.0, 6.0]);
     }
 
     #[test]
     fn rows_between_keep_the_given_ones_and_their_jumps() {
-        let all = between(&[0.0, 1.0, 1.0, 3.0]).unwrap_or_default();
-        assert!(all.len() >= SMOOTH && all.is_sorted());
-        assert_eq!(all.iter().filter(|t| **t == 1.0).count(), 2);
-        assert_eq!((all[0], all[all.len() - 1]), (0.0, 3.0));
-        // Nothing to be refined, and nothing between.
+        let rows = between(&[0.0, 1.0, 1.0, 3.0]).unwrap_or_default();
+        assert!(rows.len() >= SMOOTH && rows.is_sorted());
+        assert_eq!(rows.iter().filter(|t| **t == 1.0).count(), 2);
+        assert_eq!((rows[0], rows[rows.len() - 1]), (0.0, 3.0));
+        // Nothing to refine.
         assert!(between(&[0.0; 3]).is_none() && between(&[]).is_none());
         let enough: Vec<f64> = (0..SMOOTH).map(|k| k as f64).collect();
         assert!(between(&enough).is_none());
@@ -344,7 +345,7 @@ mod tests {
         };
         let mut series = Vec::new();
         let x = [0.0, 1.0, 2.0];
-        // The second one ends where it is not finite any more.
+        // The second one ends where it stops being finite.
         let curves = [
             (column("head[1]", "m", [3.0, 2.0, 1.0]), column("speed[1]", "rpm", [1000.0; 3])),
             (column("head[2]", "m", [5.0, 4.0, f64::NAN]), column("speed[2]", "1", [0.5; 3])),

@@ -1,4 +1,4 @@
-//! The page of a simulation: how it agrees with what was measured, its curves, its events.
+//! The page of a simulation: agreement with measurements, curves, events.
 
 use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
 use dgd_plot::{Figure, Meaning, Text};
@@ -13,7 +13,7 @@ use crate::output::page::{TIME, agreement_table, number, origin, told, words};
 use crate::output::quantity::{of_differences, short};
 use crate::output::{Kind, NamedColumn};
 
-/// An output with what was measured of it at the rows of the result, in its unit.
+/// An output with its measurements at the rows of the result, in its unit.
 pub(super) struct Compared<'a> {
     output: &'a NamedColumn,
     measured: Vec<f64>,
@@ -27,7 +27,7 @@ pub(super) fn write(simulated: &Simulated, command: &str) -> String {
     let (headline, agreement) = in_words(simulated, &compared);
     let (headline, more) = (Markup::prose(&headline), [solved(simulated), agreement]);
     page.push_header(&kind, &headline, Tone::Plain, &more);
-    // Over another quantity there is nothing that moves with the other figures.
+    // A plot over another quantity does not pan with the other figures.
     let link = if simulated.sweep.is_some() { Link::Alone } else { TIME };
     let chart = page.chart(&simulated.figure(), link, &Markup::default());
     page.push_section("Inputs, states and outputs", &[chart]);
@@ -39,7 +39,7 @@ pub(super) fn write(simulated: &Simulated, command: &str) -> String {
     page.finish(&origin(&simulated.provenance, command))
 }
 
-/// An output, its unit, and how it agrees with what was measured of it.
+/// An output, its unit, and its agreement with measurements.
 type Agreements<'a> = Vec<(&'a str, &'a str, Agreement)>;
 
 fn agreements<'a>(compared: &[Compared<'a>]) -> Agreements<'a> {
@@ -50,14 +50,14 @@ fn agreements<'a>(compared: &[Compared<'a>]) -> Agreements<'a> {
     compared.iter().filter_map(one).collect()
 }
 
-/// The headline, and the table of all that was measured.
+/// The headline, and the table of all measured outputs.
 pub(super) fn in_words(simulated: &Simulated, compared: &[Compared<'_>]) -> (String, Markup) {
     let agreements = agreements(compared);
     let headline = headline(simulated, &agreements);
     (headline, agreement_table("How far simulated and measured agree", agreements))
 }
 
-/// The output that fits worst, where anything was measured.
+/// The output that fits worst, if any was measured.
 fn headline(simulated: &Simulated, agreements: &[(&str, &str, Agreement)]) -> String {
     let times = &simulated.table.times;
     let time = |t: Option<&f64>| told(t.copied().unwrap_or(0.0));
@@ -88,7 +88,7 @@ fn solved(simulated: &Simulated) -> Markup {
     Markup::prose(&format!("{} rows by `{}` in {steps}.", facts.rows, simulated.method)).paragraph()
 }
 
-/// What was measured, and what was simulated then.
+/// The measurements, with the simulated values at the same times.
 pub(super) fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
     let outputs = simulated.of_kind(Kind::Output).enumerate();
     let compared = outputs.filter_map(|(i, output)| {
@@ -100,7 +100,7 @@ pub(super) fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
     compared.collect()
 }
 
-/// What was measured less what was simulated, where anything was.
+/// The residuals, if anything was measured.
 pub(super) fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure> {
     let subject = |one: &Compared<'_>| Subject {
         title: Text::name(&one.output.name),
@@ -116,7 +116,7 @@ pub(super) fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Opt
     (!subjects.is_empty()).then(|| figure::panels(&subjects))
 }
 
-/// What happened when.
+/// The events by time.
 fn events(events: &[Value]) -> Markup {
     let mut table = Table::new("Events", &["time, s", "what", "from", "to"]);
     let text = |value: &Value| match value {

@@ -1,4 +1,4 @@
-//! A model on its data, to be run again and again with other parameters.
+//! A model on its data, for repeated runs with other parameters.
 
 use std::path::PathBuf;
 
@@ -13,14 +13,14 @@ use crate::request::{RunRequest, Start};
 use crate::run::{Reached, Run, measured_start};
 use crate::session::Session;
 
-/// A model on its data, to be run again and again with other parameters: read and compiled once.
+/// A model on its data, for repeated runs with other parameters: read and compiled once.
 pub struct Prepared {
-    /// What is in the model, with what was chosen and set.
+    /// The contents of the model, with choices and settings.
     pub description: Description,
-    /// What was read for it and may change: the model, its libraries and effects, the data.
+    /// The files it was read from, which may change: the model, its libraries and effects, the data.
     pub files: Vec<PathBuf>,
     run: Run,
-    /// Parameters as the model has them, SI.
+    /// Parameters of the model, SI.
     declared: Vec<f64>,
     start: Start,
 }
@@ -46,11 +46,11 @@ pub fn prepare(request: &RunRequest, session: Session<'_>) -> Result<Prepared, W
 }
 
 impl Prepared {
-    /// Simulates it with these values of parameters, each in its declared unit, and all others as the model has them.
+    /// Simulates it with these values of parameters, each in its declared unit, and the model's values for the others.
     ///
     /// # Errors
     ///
-    /// [`WorkError`]. A run that ends on its way is a result, which says so.
+    /// [`WorkError`]. A run that ends early returns a result with the reason.
     pub fn simulate(&mut self, values: &[(&str, f64)]) -> Result<Simulated, WorkError> {
         self.set(values)?;
         let run = &self.run;
@@ -63,14 +63,14 @@ impl Prepared {
         let mut p = self.declared.clone();
         for (name, value) in values {
             let parameters = &self.run.signature().parameters;
-            let found = parameters.iter().position(|parameter| parameter.name == *name);
-            let Some(at) = found else {
+            let position = parameters.iter().position(|parameter| parameter.name == *name);
+            let Some(at) = position else {
                 return Err(WorkError::Usage(format!("no parameter is called `{name}`")));
             };
             let parameter = &parameters[at];
             let si = value * parameter.unit.factor + parameter.unit.offset;
             let bounds = parameter.lower..=parameter.upper;
-            // The bounds are those of a number in the declared unit, which may round differently.
+            // The bounds were converted from the declared unit, and may have been rounded differently.
             let room = 1e-12 * si.abs();
             if !si.is_finite() || si < bounds.start() - room || si > bounds.end() + room {
                 return Err(WorkError::Usage(format!(
@@ -119,7 +119,7 @@ mod tests {
         };
         let moved = prepared.simulate(&[("c0", 280.0), ("M_ssp", 2e8)]).expect("a run");
         assert_eq!(values(&moved), values(&other));
-        // What was set once does not stay.
+        // Earlier values do not persist.
         let back = prepared.simulate(&[]).expect("a run");
         assert_eq!(values(&back), values(&declared));
         assert_ne!(values(&moved), values(&declared));

@@ -26,10 +26,10 @@ use report::Report;
 use rows::{LeftOut, Rows};
 use settings::{Asked, Settings};
 
-/// An estimate that is still so uncertain, in parts of its uncertainty before the first correction, has learnt nothing.
+/// An estimate whose uncertainty is still above this share of the initial one has learnt nothing.
 const UNLEARNT: f64 = 0.9;
 
-/// How rows are written as they come.
+/// The format of the written rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LineFormat {
@@ -37,33 +37,33 @@ pub enum LineFormat {
     Csv,
     /// One document: `settings`, and `rows` in a list.
     Document,
-    /// A document a line: `settings`, then rows, and those that were left out.
+    /// One document per line: `settings`, then rows, and rows that were left out.
     Lines,
 }
 
-/// Estimates over time, and what there is to say of them.
+/// Estimates over time, with remarks.
 #[non_exhaustive]
 pub struct Tracked {
-    /// The rows, where they were to be kept.
+    /// The rows, if they were to be kept.
     pub rows: Vec<Row>,
-    /// How many rows there were.
+    /// Number of rows.
     pub count: usize,
-    /// What there is to say of all rows.
+    /// Remarks on all rows.
     pub remarks: Vec<String>,
-    /// Why it ended before its last row.
+    /// The error that ended it before its last row.
     pub stopped: Option<WorkError>,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
     report: Report,
 }
 
 impl Tracked {
-    /// Estimates with ± 2 standard deviations, then innovations in those that are expected; of the rows kept.
+    /// Estimates with ± 2 standard deviations, then innovations with their expected ones, for the kept rows.
     pub fn figure(&self) -> Figure {
         self.report.figure(&self.rows)
     }
 
-    /// The page of the figure, which says what command makes it again.
+    /// The page of the figure, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
         let kind = Markup::text("States and parameters, row by row");
         let headline = format!("{} rows tracked", self.count);
@@ -73,7 +73,7 @@ impl Tracked {
         page::of_figure("Tracked", &kind, &headline, &more, &self.figure(), &origin)
     }
 
-    /// The rows kept, for programs.
+    /// The kept rows, for programs.
     pub fn to_json(&self) -> Value {
         let rows: Vec<Value> = self.rows.iter().map(|row| self.report.json(row)).collect();
         json!({ "rows": rows })
@@ -86,12 +86,12 @@ impl Serialize for Tracked {
     }
 }
 
-/// Tracks row by row: what is known of a row is written before the next one is read. Rows come from `input`, or else
-/// from the file of the request.
+/// Tracks row by row: the estimates for a row are written before the next one is read. Rows come from `input`, or
+/// otherwise from the file of the request.
 ///
 /// # Errors
 ///
-/// [`WorkError`] where it cannot begin; what ends it later is in the result.
+/// [`WorkError`] if it cannot begin; later errors are in the result.
 pub fn track(
     request: &TrackRequest,
     input: Option<Box<dyn Read>>,
@@ -113,7 +113,7 @@ pub fn track(
         Err(reported) => return Err(compilation.fail(reported)),
     };
     let of_model = provenance::of_model(&compilation.sources);
-    let asked = Asked::read(request, &mut compilation, &compiled);
+    let overrides = Asked::read(request, &mut compilation, &compiled);
     if compilation.diagnostics.check().is_err() {
         return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
     }
@@ -136,11 +136,11 @@ pub fn track(
         options: solve,
         ..FilterProblem::new(system.as_model(), &p)
     };
-    Tracking { request, session, compiled: &compiled, problem, asked, provenance }
+    Tracking { request, session, compiled: &compiled, problem, asked: overrides, provenance }
         .run(rows, out, format)
 }
 
-/// What a run works with.
+/// The inputs of a tracking run.
 struct Tracking<'a> {
     request: &'a TrackRequest,
     session: Session<'a>,
@@ -184,7 +184,7 @@ impl Tracking<'_> {
         self.session.listener.begins(false);
         let ended = output.write(&settings, filter, row, rows, out, format);
         self.session.listener.ends();
-        // The estimates so far are worth telling.
+        // The estimates so far are worth reporting.
         let remarks = output.tally.said(problem);
         let Output { kept, tally, .. } = output;
         Ok(Tracked {
@@ -197,7 +197,7 @@ impl Tracking<'_> {
         })
     }
 
-    /// Start values from the first row, with `--start measured`.
+    /// Initial values from the first row, with `--start measured`.
     fn set_start(&mut self, first: Sample<'_>, measured: &[bool]) -> Result<(), WorkError> {
         if self.request.solve.start != Start::Measured {
             return Ok(());
@@ -226,17 +226,17 @@ impl Tracking<'_> {
     }
 }
 
-/// Where rows go.
+/// Receives the rows.
 struct Output<'a> {
     tracking: &'a Tracking<'a>,
     report: &'a Report,
-    /// Rows for a figure.
+    /// Rows kept for a figure.
     kept: Vec<Row>,
     tally: Tally,
 }
 
 impl Output<'_> {
-    /// Tracks, one line for each row, each there before the next row is read. A document has the rows in a list.
+    /// Tracks, one line for each row, each written before the next row is read. A document has the rows in a list.
     fn write(
         &mut self,
         settings: &Settings,
@@ -247,19 +247,19 @@ impl Output<'_> {
         format: LineFormat,
     ) -> Result<(), WorkError> {
         let Tracking { session, problem, .. } = self.tracking;
-        let mut told = settings.json(problem);
+        let mut document = settings.json(problem);
         let start = rows.epoch().and_then(|epoch| epoch.stamp(0.0));
-        if let (Some(start), Some(told)) = (start, told.as_object_mut()) {
-            told.insert("start".to_owned(), json!(start));
+        if let (Some(start), Some(document)) = (start, document.as_object_mut()) {
+            document.insert("start".to_owned(), json!(start));
         }
-        self.tracking.provenance.push_json(&mut told);
+        self.tracking.provenance.push_json(&mut document);
         let head = match format {
             LineFormat::Csv => self.report.header(out),
             LineFormat::Lines => {
-                writeln!(out, "{}", json!({ "settings": told }))
+                writeln!(out, "{}", json!({ "settings": document }))
             }
             LineFormat::Document => {
-                write!(out, "{{\"settings\":{told},\n\"rows\":[")
+                write!(out, "{{\"settings\":{document},\n\"rows\":[")
             }
         };
         let mut row = first;
@@ -268,8 +268,8 @@ impl Output<'_> {
         loop {
             for LeftOut { line, reason } in &left_out {
                 if format == LineFormat::Lines && !gone {
-                    let told = json!({ "left_out": { "line": line, "reason": reason } });
-                    gone = is_gone(writeln!(out, "{told}"))?;
+                    let document = json!({ "left_out": { "line": line, "reason": reason } });
+                    gone = is_gone(writeln!(out, "{document}"))?;
                 }
             }
             if !gone {
@@ -283,7 +283,7 @@ impl Output<'_> {
                 };
                 gone = is_gone(line.and_then(|()| out.flush()))?;
             }
-            // Nobody reads any more.
+            // The reader is gone.
             if gone {
                 return Ok(());
             }
@@ -323,7 +323,7 @@ fn is_gone(written: io::Result<()>) -> Result<bool, WorkError> {
     }
 }
 
-/// What there is to say of all rows.
+/// Statistics of all rows, for remarks.
 struct Tally {
     /// Standard deviations of states and parameters before the first correction, SI.
     first: Vec<f64>,
@@ -334,7 +334,7 @@ struct Tally {
     samples: usize,
     squares: f64,
     missing: Vec<usize>,
-    /// Rows that could not be read.
+    /// Number of unreadable rows.
     left_out: usize,
 }
 
@@ -353,7 +353,7 @@ impl Tally {
         }
     }
 
-    /// Counts a row, and says at once what cannot wait.
+    /// Counts a row, and reports urgent remarks at once.
     fn take(&mut self, row: &Row, session: Session<'_>) {
         self.rows += 1;
         if self.samples + row.samples == 0 {
@@ -382,31 +382,31 @@ impl Tally {
         self.last = row.clone();
     }
 
-    /// What the data says nothing about, and whether innovations were as expected.
+    /// Remarks on undetermined estimates, and on innovations that differ from their expected size.
     fn said(&self, problem: &FilterProblem<'_>) -> Vec<String> {
-        let mut said = Vec::new();
+        let mut remarks = Vec::new();
         let signature = problem.system.signature();
         if self.samples > 0 {
             let ratio = (self.squares / self.samples as f64).sqrt();
-            said.push(format!(
+            remarks.push(format!(
                 "{} rows, {} samples; innovations {ratio:.2} times as large as expected",
                 self.rows, self.samples
             ));
         } else {
-            said.push(format!("{} rows, none with a sample that was used", self.rows));
+            remarks.push(format!("{} rows, none with a sample that was used", self.rows));
         }
         if self.rejected > 0 {
-            said.push(format!("samples beyond the gate, not used: {}", self.rejected));
+            remarks.push(format!("samples beyond the gate, not used: {}", self.rejected));
         }
         if self.left_out > 0 {
-            said.push(format!("rows that could not be read, left out: {}", self.left_out));
+            remarks.push(format!("rows that could not be read, left out: {}", self.left_out));
         }
         if self.failures > 0 {
-            said.push(format!("rows that could not be evaluated: {}", self.failures));
+            remarks.push(format!("rows that could not be evaluated: {}", self.failures));
         }
         for (input, missing) in signature.inputs.iter().zip(&self.missing) {
             if *missing > 0 {
-                said.push(format!(
+                remarks.push(format!(
                     "rows without input `{}`, which kept its last value: {missing}",
                     input.name
                 ));
@@ -421,9 +421,9 @@ impl Tally {
             .map(|(name, _)| format!("`{name}`"))
             .collect();
         if self.rows > 1 && !unlearnt.is_empty() {
-            said.push(format!("the data says little about {}", unlearnt.join(", ")));
+            remarks.push(format!("the data says little about {}", unlearnt.join(", ")));
         }
-        said
+        remarks
     }
 }
 
@@ -432,7 +432,7 @@ fn stds(row: &Row) -> impl Iterator<Item = f64> {
     row.states.iter().chain(&row.parameters).map(|tracked| tracked.std)
 }
 
-/// A filter that cannot begin or go on as the end of the command.
+/// Converts a filter error into the error that ends the command.
 fn failed(error: &FilterError) -> WorkError {
     let message = error.to_string();
     match error {

@@ -9,15 +9,14 @@ use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
 use dgd_runtime::Unit;
 use serde_json::{Value, json};
 
-/// Bands are drawn no wider than so many times their median: what is not known at first would leave no
-/// room for the rest.
+/// Bands are drawn no wider than this many times their median, so that the initial uncertainty does not dwarf the rest.
 const MOST_BAND: f64 = 5.0;
 
-/// What has a column.
+/// A quantity with a column.
 struct Subject {
     name: String,
     unit: Unit,
-    /// The unit of its differences, which have no zero.
+    /// The unit of its differences, which has no offset.
     difference: Unit,
 }
 
@@ -28,13 +27,13 @@ impl Subject {
     }
 }
 
-/// What is written of each row.
+/// The columns of a row.
 pub(super) struct Report {
     states: Vec<Subject>,
     parameters: Vec<Subject>,
-    /// Outputs in use, with their positions.
+    /// Outputs in use, with their indices.
     outputs: Vec<(usize, Subject)>,
-    /// The stamp of time zero, where times are stamps.
+    /// The timestamp of time zero, if times are timestamps.
     epoch: Option<Epoch>,
 }
 
@@ -64,8 +63,8 @@ impl Report {
         self.with_columns(Some(row), |columns| write_rows(out, columns))
     }
 
-    /// Columns: time; value and standard deviation of states and parameters; innovation and its expected
-    /// standard deviation of outputs; the normalised square of the innovations.
+    /// Columns: time; value and standard deviation of states and parameters; innovation and its expected standard
+    /// deviation of outputs; the normalised square of the innovations.
     fn with_columns<T>(&self, row: Option<&Row>, write: impl FnOnce(&[Written<'_>]) -> T) -> T {
         let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
         let one = Unit { symbol: "1".into(), factor: 1.0, offset: 0.0 };
@@ -130,7 +129,7 @@ impl Report {
         })
     }
 
-    /// Estimates with ± 2 standard deviations, then innovations in those that are expected.
+    /// Estimates with ± 2 standard deviations, then innovations with their expected ones.
     pub(super) fn figure(&self, rows: &[Row]) -> Figure {
         let times: Vec<f64> = rows.iter().map(|row| row.t).collect();
         let states = self.states.iter().enumerate();
@@ -142,8 +141,8 @@ impl Report {
             .chain(parameters)
             .map(|(of, tracked): (&Subject, Vec<Tracked>)| {
                 let most = MOST_BAND * median(tracked.iter().map(|tracked| tracked.std));
-                let at = |t: &Tracked, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
-                let edge = |k: f64| tracked.iter().map(|t| at(t, k)).collect();
+                let bound = |t: &Tracked, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
+                let edge = |k: f64| tracked.iter().map(|t| bound(t, k)).collect();
                 panel(of, &times, edge(0.0), edge(-2.0), edge(2.0), Style::Line)
             })
             .collect();
@@ -167,7 +166,7 @@ impl Report {
     }
 }
 
-/// The middle one of some numbers; infinity without any.
+/// The median of some numbers; infinity without any.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     let middle = values.len() / 2;

@@ -1,5 +1,5 @@
-//! Where rows come from: a file, or a stream as it is written. They are read one by one, and those that
-//! cannot be read are left out; with `--strict` a file is read whole before anything is computed.
+//! Reads rows from a file, or from a stream as it is written. They are read one by one, and unreadable ones are left
+//! out; with `--strict` a file is read whole before anything is computed.
 
 use std::io::{BufRead, Read};
 use std::path::Path;
@@ -25,7 +25,7 @@ pub(super) struct Row {
     pub measured: Vec<f64>,
 }
 
-/// A row that could not be read.
+/// An unreadable row.
 #[derive(Debug, Clone)]
 pub(super) struct LeftOut {
     pub line: usize,
@@ -38,16 +38,16 @@ pub(super) struct Rows<'a> {
     digest: Option<u128>,
     session: Session<'a>,
     is_strict: bool,
-    /// Rows left out since this was asked for.
+    /// Rows left out since the last call of [`Self::take_left_out`].
     left_out: Vec<LeftOut>,
-    /// How many there are of them.
+    /// Their total number.
     pub n_left_out: usize,
     n_inputs: usize,
     /// For each output, whether it has a column.
     pub measured: Vec<bool>,
     from: f64,
     until: f64,
-    /// No more rows than so many, where that is known.
+    /// Upper bound of the number of rows, if known.
     most: Option<usize>,
 }
 
@@ -57,7 +57,7 @@ enum From {
 }
 
 impl<'a> Rows<'a> {
-    /// Opens the stream, or else the file; `None` where there are mistakes, which are reported.
+    /// Opens the stream, or otherwise the file; `None` after mistakes, which are reported.
     pub(super) fn open(
         dae: &Dae,
         sources: &mut Sources,
@@ -73,9 +73,9 @@ impl<'a> Rows<'a> {
         };
         let is_file = input.is_none();
         let (source, recording) = if input.is_some() || !(*strict || is_parquet(files, path)) {
-            let own = path.display().to_string();
+            let path_name = path.display().to_string();
             let is_piped = input.is_some() && path.as_os_str() == "-";
-            let name = if is_piped { "standard input" } else { &own };
+            let name = if is_piped { "standard input" } else { &path_name };
             let input: Box<dyn Read> = match input.map_or_else(|| files.open(path), Ok) {
                 Ok(input) => input,
                 Err(why) => {
@@ -102,7 +102,7 @@ impl<'a> Rows<'a> {
                 densities::remark_unused(output.name, instead, session);
             }
         }
-        // A file is read once more for it: what is told of a run comes before its rows.
+        // A file is read once more for its digest, because the header of a run comes before its rows.
         let whole = || files.open(path).ok().and_then(|file| data::digest(file).ok());
         let digest = match source {
             None => recording.digest,
@@ -138,12 +138,12 @@ impl<'a> Rows<'a> {
         })
     }
 
-    /// No more rows than so many, where that is known and somebody looks.
+    /// Upper bound of the number of rows, if known and if progress is shown.
     pub(super) fn most(&self) -> Option<usize> {
         self.most
     }
 
-    /// The stamp of the first row, once that was read, where times are stamps.
+    /// The timestamp of the first row, once read, if times are timestamps.
     pub(super) fn epoch(&self) -> Option<Epoch> {
         match &self.source {
             From::File { recording, .. } => recording.epoch,
@@ -151,12 +151,12 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Digest of the file; none of a stream.
+    /// Digest of the file; none for a stream.
     pub(super) fn digest(&self) -> Option<u128> {
         self.digest
     }
 
-    /// Rows left out since this was asked for.
+    /// Takes the rows left out since the last call.
     pub(super) fn take_left_out(&mut self) -> Vec<LeftOut> {
         std::mem::take(&mut self.left_out)
     }
@@ -202,7 +202,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Lines of a file: rows, and a few more.
+/// Number of lines of a file: rows, and a few more.
 fn lines(files: &dyn FileSystem, path: &Path) -> Option<usize> {
     let mut text = data::decompressed(files.open(path).ok()?).ok()?;
     let (mut lines, mut line) = (0, Vec::new());
@@ -213,7 +213,7 @@ fn lines(files: &dyn FileSystem, path: &Path) -> Option<usize> {
     Some(lines)
 }
 
-/// Whether a regular file begins as Parquet does, which is not read row by row.
+/// Whether a regular file begins like Parquet, which is not read row by row.
 fn is_parquet(files: &dyn FileSystem, path: &Path) -> bool {
     let mut magic = [0; 4];
     files.is_file(path)

@@ -1,4 +1,4 @@
-//! What is taken as how uncertain: from the command line, from the model, or as usual; and said.
+//! Initial uncertainties and noise, from the command line, the model or defaults; and their report.
 
 use std::fmt::Write as _;
 
@@ -18,12 +18,12 @@ use crate::model::Compilation;
 use crate::output::table::{push_table, significant};
 use crate::request::{TrackRequest, Tracker};
 
-/// What a row weighs when the next one is there, where nobody says.
+/// Default forgetting factor per row.
 const FORGETTING: f64 = 0.999;
 
 const MINUTE: f64 = 60.0;
 
-/// Where a number comes from.
+/// Source of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Origin {
     Asked,
@@ -47,7 +47,7 @@ struct Given {
     value: f64,
 }
 
-/// Values of the options that set one.
+/// Values from the options that set them.
 pub(super) struct Asked {
     process_noise: Vec<Given>,
     start_std: Vec<Given>,
@@ -56,7 +56,7 @@ pub(super) struct Asked {
 }
 
 impl Asked {
-    /// Reads them; what is wrong is reported.
+    /// Reads the options; mistakes are reported.
     pub(super) fn read(
         request: &TrackRequest,
         compilation: &mut Compilation<'_>,
@@ -66,7 +66,7 @@ impl Asked {
         let states =
             dae.unknowns.iter().filter(|unknown| dae.graph.value(unknown.mass) != Some(0.0));
         let states = states.map(|unknown| (unknown.name.clone(), unknown.unit.clone()));
-        // All elements of an array, or one.
+        // All elements of an array, or a single one.
         let states = states.chain(dae.arrays.iter().flat_map(|array| {
             let elements = (0..array.count)
                 .filter(|k| dae.is_differential(array.first + *k as usize))
@@ -100,11 +100,11 @@ impl Asked {
     }
 }
 
-/// Checks that standard deviations can be some.
+/// Checks that standard deviations have valid signs.
 ///
 /// # Errors
 ///
-/// One of them is negative, or zero where nothing may be certain.
+/// One of them is negative, or zero where that is not allowed.
 pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError> {
     let (some, any) = ("above 0", "0 or more");
     let options = [
@@ -115,7 +115,7 @@ pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError>
     for (flag, texts, what) in options {
         for text in texts {
             let value = text.split_once('=').map_or("", |(_, value)| value.trim());
-            // Anything but a number is reported with its place.
+            // Anything else that is not a number is reported later with its place.
             let Ok(value) = value.split(['[', ' ']).next().unwrap_or_default().parse::<f64>()
             else {
                 continue;
@@ -130,7 +130,7 @@ pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError>
     Ok(())
 }
 
-/// How far the model says that a state strays by itself, SI.
+/// Declared process noise of a state, SI.
 fn declared_rate(compiled: &Compiled, problem: &FilterProblem<'_>, state: &str) -> Option<f64> {
     match compiled.model.process_noise(state)? {
         ProcessNoise::Known(rate) => Some(rate),
@@ -138,7 +138,7 @@ fn declared_rate(compiled: &Compiled, problem: &FilterProblem<'_>, state: &str) 
     }
 }
 
-/// Reads `NAME=VALUE`, the value in the declared unit or in one that is given.
+/// Reads `NAME=VALUE`, with the value in the declared unit or in a given one.
 fn given(
     compilation: &mut Compilation<'_>,
     flag: &str,
@@ -156,7 +156,7 @@ fn given(
         diagnostics.error(Diagnostic::new(Code::E201, value.span, message));
         return None;
     };
-    let own = match own {
+    let unit_of_value = match own {
         None => unit.clone(),
         Some(own) => match read_unit(&own.text, own.span, sources) {
             Ok(own) => own,
@@ -166,16 +166,16 @@ fn given(
             }
         },
     };
-    if own.dimension != unit.dimension {
+    if unit_of_value.dimension != unit.dimension {
         let message = format!(
             "`{}` is in `{}`, which does not convert to `{}`",
-            name.text, unit.symbol, own.symbol
+            name.text, unit.symbol, unit_of_value.symbol
         );
         diagnostics.error(Diagnostic::new(Code::E302, *span, message));
         return None;
     }
-    // A deviation has no zero of its own.
-    Some(Given { name: name.text, value: number * own.factor })
+    // A deviation has no offset.
+    Some(Given { name: name.text, value: number * unit_of_value.factor })
 }
 
 /// The unit of a name, if there is one.
@@ -185,17 +185,17 @@ fn find<'a>(
     known: &'a [(String, Unit)],
     what: &str,
 ) -> Option<&'a Unit> {
-    let found = known.iter().find(|(known, _)| *known == name.text);
-    if found.is_none() {
+    let declared = known.iter().find(|(known, _)| *known == name.text);
+    if declared.is_none() {
         let names: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
         let message = format!("no {what} is called `{}`", name.text);
         let help = meant(&name.text, &names);
         compilation.diagnostics.error(Diagnostic::new(Code::E201, name.span, message).help(help));
     }
-    found.map(|(_, unit)| unit)
+    declared.map(|(_, unit)| unit)
 }
 
-/// Which estimator, with its options.
+/// The estimator with its options.
 pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> {
     let refuse = |option: &str, why: &str| Err(WorkError::Usage(format!("`{option}` {why}")));
     match request.estimator {
@@ -218,11 +218,11 @@ pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> 
     }
 }
 
-/// How uncertain what is, and why.
+/// Uncertainties and noise, with their sources.
 pub(super) struct Settings {
     pub tuning: Tuning,
     estimator: Estimator,
-    /// Of states, then of parameters: first uncertainty and walk.
+    /// For states, then for parameters: sources of the initial uncertainty and of the process noise.
     origins: Vec<[Origin; 2]>,
     noise: Vec<Option<Origin>>,
 }
@@ -230,7 +230,7 @@ pub(super) struct Settings {
 impl Settings {
     /// # Errors
     ///
-    /// An output in use declares no noise, or the start values are missing.
+    /// An output in use declares no noise, or initial values are missing.
     pub(super) fn new(
         asked: &Asked,
         compiled: &Compiled,
@@ -315,7 +315,7 @@ impl Settings {
         }
     }
 
-    /// For people.
+    /// As text.
     pub(super) fn text(&self, problem: &FilterProblem<'_>) -> String {
         let recursive = matches!(self.estimator, Estimator::Recursive { .. });
         let mut text = format!("{}\n", self.name());
@@ -362,10 +362,10 @@ impl Settings {
 
     /// For programs.
     pub(super) fn json(&self, problem: &FilterProblem<'_>) -> Value {
-        let mut all = serde_json::Map::new();
-        all.insert("estimator".to_owned(), json!(self.name()));
+        let mut result = serde_json::Map::new();
+        result.insert("estimator".to_owned(), json!(self.name()));
         if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
-            all.insert("forgetting_factor".to_owned(), json!(forgetting_factor));
+            result.insert("forgetting_factor".to_owned(), json!(forgetting_factor));
         }
         let tracked =
             Self::tracked(problem).into_iter().enumerate().map(|(k, (name, unit, factor))| {
@@ -379,7 +379,7 @@ impl Settings {
                 });
                 (name, entry)
             });
-        all.insert("tracked".to_owned(), tracked.collect::<serde_json::Map<_, _>>().into());
+        result.insert("tracked".to_owned(), tracked.collect::<serde_json::Map<_, _>>().into());
         let outputs = problem.system.signature().outputs.iter().zip(&self.tuning.noise);
         let noise = outputs.zip(&self.noise).filter_map(|((output, sigma), origin)| {
             let unit = &output.unit;
@@ -390,8 +390,8 @@ impl Settings {
             });
             Some((output.name.to_string(), entry))
         });
-        all.insert("noise".to_owned(), noise.collect::<serde_json::Map<_, _>>().into());
-        all.into()
+        result.insert("noise".to_owned(), noise.collect::<serde_json::Map<_, _>>().into());
+        result.into()
     }
 
     fn walk(&self, k: usize) -> dgd_identify::filter::Walk {
@@ -399,17 +399,17 @@ impl Settings {
         states.get(k).copied().unwrap_or_else(|| self.tuning.parameters[k - states.len()])
     }
 
-    /// Names, symbols and factors of what is tracked.
+    /// Names, symbols and factors of the tracked quantities.
     fn tracked(problem: &FilterProblem<'_>) -> Vec<(String, String, f64)> {
         let signature = problem.system.signature();
-        let of = |name: &str, unit: &dgd_runtime::Unit| {
+        let entry = |name: &str, unit: &dgd_runtime::Unit| {
             (name.to_owned(), unit.symbol.to_string(), unit.factor)
         };
         let states = problem.states().into_iter();
-        let states = states.map(|i| of(&signature.unknowns.name(i), signature.unknowns.unit(i)));
+        let states = states.map(|i| entry(&signature.unknowns.name(i), signature.unknowns.unit(i)));
         let parameters = problem.parameters().into_iter();
         let parameters =
-            parameters.map(|i| of(&signature.parameters[i].name, &signature.parameters[i].unit));
+            parameters.map(|i| entry(&signature.parameters[i].name, &signature.parameters[i].unit));
         states.chain(parameters).collect()
     }
 }

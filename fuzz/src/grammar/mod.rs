@@ -24,10 +24,10 @@ pub fn case(seed: u64, without: &[String]) -> Case {
     writer.model(seed)
 }
 
-/// Where a random model comes from.
+/// Source of a random model.
 #[derive(Clone, Copy)]
 pub struct Origin {
-    /// Its family, if it is not made of the table.
+    /// Its family, if it is not generated from the table.
     pub family: Option<&'static Family>,
     /// Its seed.
     pub seed: u64,
@@ -61,7 +61,7 @@ pub(crate) enum Reads {
     Start,
     /// Everything.
     All,
-    /// What a loop may read.
+    /// The quantities allowed in a loop.
     Loop,
 }
 
@@ -77,7 +77,7 @@ pub(crate) struct Writer {
     pub(crate) random: Random,
     weights: Vec<u32>,
     known: Vec<Known>,
-    /// Inputs that only some expressions may read, and that the recording has, too.
+    /// Inputs that only some expressions may read and that the recording contains.
     columns: Vec<Known>,
     functions: Vec<Function>,
     lines: Vec<String>,
@@ -89,9 +89,9 @@ pub(crate) struct Writer {
     arguments: Vec<String>,
     /// The unit of the wanted quantity.
     wanted: &'static Scale,
-    /// A model without unknowns of its own to delay or to watch has none of these.
+    /// Counter for names.
     numbered: u32,
-    /// Whether the model begins at its steady state, if it can have one.
+    /// Whether the model starts in its steady state, if possible.
     steady: bool,
 }
 
@@ -117,7 +117,7 @@ impl Writer {
         }
     }
 
-    /// A name that no other item has.
+    /// A name that is not used by another item.
     fn name(&mut self, of: &str) -> String {
         self.numbered += 1;
         format!("{of}{}", self.numbered)
@@ -127,14 +127,14 @@ impl Writer {
         self.lines.push(line);
     }
 
-    /// The text of a row of a place, chosen by the weights; `None` if no row applies.
+    /// The text of a row for a place, chosen by weight; `None` if no row applies.
     fn write(&mut self, place: Place, depth: u32) -> Option<String> {
         let weight = |k: usize| if TABLE[k].place == place { self.weights[k] } else { 0 };
-        let all: u32 = (0..TABLE.len()).map(weight).sum();
-        if all == 0 {
+        let total: u32 = (0..TABLE.len()).map(weight).sum();
+        if total == 0 {
             return None;
         }
-        let mut chosen = self.random.below(all as usize) as u32;
+        let mut chosen = self.random.below(total as usize) as u32;
         for (k, row) in TABLE.iter().enumerate() {
             let weight = if row.place == place { self.weights[k] } else { 0 };
             if chosen < weight {
@@ -286,8 +286,8 @@ impl Writer {
 
     /// The state that the current equation determines.
     pub(crate) fn determined(&self) -> Known {
-        let own = self.known.iter().rev().find(|known| known.kind == Kind::Hidden);
-        own.cloned().unwrap_or_else(|| Known::new("x", &SCALES[0], Kind::State))
+        let hidden = self.known.iter().rev().find(|known| known.kind == Kind::Hidden);
+        hidden.cloned().unwrap_or_else(|| Known::new("x", &SCALES[0], Kind::State))
     }
 
     fn several(&mut self, place: Place, least: usize, most: usize) {
@@ -338,8 +338,7 @@ impl Writer {
     }
 }
 
-/// The same model with a parameter in place of the time, beginning at its steady state; none where no such state can be
-/// asked for.
+/// The same model with a parameter instead of the time, started in its steady state; `None` if that is not possible.
 fn steady(model: &str) -> Option<String> {
     if ["modes ", "history ", "every ", "start ", "import "].iter().any(|word| model.contains(word))
     {

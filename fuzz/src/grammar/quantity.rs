@@ -3,7 +3,7 @@
 /// A unit and the typical size of quantities in it.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Scale {
-    /// The dimension: quantities of the same one can be added.
+    /// The dimension: quantities with the same one can be added.
     pub dimension: &'static str,
     /// Symbol in declarations.
     pub symbol: &'static str,
@@ -103,9 +103,9 @@ pub(crate) enum Kind {
     Delay,
     /// An unknown of a part.
     OfPart,
-    /// What an `every` resets: another does not read it, as it matters which of two clocks ticks first.
+    /// A variable reset by an `every`; others do not read it, because the order of coinciding ticks would matter.
     Held,
-    /// Not to be read: a duplicate of the state that the current equation determines.
+    /// Must not be read: a duplicate of the state that the current equation determines.
     Hidden,
 }
 
@@ -122,7 +122,7 @@ impl Known {
         Self { name: name.to_owned(), scale, kind }
     }
 
-    /// Its text in an expression; an array with the index of the loop, or with its last.
+    /// Its text in an expression; an array with the index of the loop, or with its last index.
     pub(crate) fn text(&self, index: Option<&str>) -> Option<String> {
         match (self.kind, index) {
             (Kind::Array(_), Some(index)) => Some(format!("{}[{index}]", self.name)),

@@ -30,7 +30,7 @@ pub enum Place {
     Unknown,
     /// The equation of a state.
     Equation,
-    /// An item beside equations: `when`, `saturate` and the like, with what they need.
+    /// An item next to equations, such as `when` or `saturate`, with its prerequisites.
     Beside,
     /// An output.
     Output,
@@ -539,7 +539,7 @@ pub const TABLE: &[Row] = &[
     }),
 ];
 
-/// The first of a kind that an equation reads: unused names cannot be replaced.
+/// The first name of a kind that an equation reads: unused names cannot be replaced.
 fn used(w: &Writer, kind: Kind) -> Option<String> {
     let in_equation = |name: &str| {
         let word = |text: &str| text.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
@@ -586,7 +586,7 @@ fn parameter(w: &mut Writer) -> String {
     w.declare(&name, scale, Kind::Parameter);
     let declared = format!("parameter {name} {}", scale.brackets());
     match w.random.below(7) {
-        // What is above zero has no zero of its own.
+        // The unit has no offset, so that the value is positive.
         5 if !scale.offset => {
             format!("{declared} = {positive:.3}  prior lognormal({positive:.3}, 0.3)")
         }
@@ -676,11 +676,11 @@ fn rate(w: &mut Writer, x: &Known, d: u32) -> String {
         2 => format!("({e})/sqrt(1 + ({e})^2)"),
         _ => format!("({e})/(1 + abs({e}))"),
     };
-    let own = x.scale.over_size(&x.name, None);
+    let scaled = x.scale.over_size(&x.name, None);
     match w.random.below(5) {
         0 => bounded,
-        1 => format!("{bounded} - 0.3*({own})^3"),
-        _ => format!("{bounded} - {}*{own}", w.positive()),
+        1 => format!("{bounded} - 0.3*({scaled})^3"),
+        _ => format!("{bounded} - {}*{scaled}", w.positive()),
     }
 }
 
@@ -742,13 +742,13 @@ fn when(w: &mut Writer, _: u32) -> String {
 }
 
 fn saturate(w: &mut Writer) -> String {
-    let mut all = w.of_kind(Kind::State);
+    let mut candidates = w.of_kind(Kind::State);
     if w.random.chance(0.3) {
-        all.extend(w.of_kind(Kind::Unknown));
+        candidates.extend(w.of_kind(Kind::Unknown));
     }
-    let x = w.random.pick(&all).clone();
+    let x = w.random.pick(&candidates).clone();
     let bound = w.random.between(0.2, 1.0);
-    // One bound, and none that a reset exceeds endlessly.
+    // One bound, and no bound that a reset exceeds endlessly.
     let (head, reset) = (format!("saturate {} ", x.name), format!("reset {} ", x.name));
     if w.lines.iter().any(|line| line.starts_with(&head) || line.contains(&reset)) {
         return String::new();
@@ -801,8 +801,8 @@ fn array(w: &mut Writer, d: u32) -> String {
     let start = if scale.offset || w.random.chance(0.5) {
         format!("state {name}[1..{size}] {} = {:.2}", scale.brackets(), scale.value(0.2))
     } else {
-        let of = scale.quantity("0.2*i - 0.3");
-        format!("state {name}[i in 1..{size}] {} = {of}", scale.brackets())
+        let start = scale.quantity("0.2*i - 0.3");
+        format!("state {name}[i in 1..{size}] {} = {start}", scale.brackets())
     };
     w.declare(&name, scale, Kind::Array(count));
     let (outer, index) = (w.reads, w.index.take());
@@ -852,7 +852,7 @@ fn vectors(w: &mut Writer, d: u32) -> String {
     )
 }
 
-/// Elements that are bounded, reset, held and read late, in a loop or one by one.
+/// Elements that are bounded, reset, held and delayed, in a loop or one by one.
 fn reacting_elements(w: &mut Writer, d: u32) -> String {
     let [x, u, e] = ["z", "z", "e"].map(|letter| w.name(letter));
     let outer = w.reads;
@@ -889,7 +889,7 @@ fn reacting_elements(w: &mut Writer, d: u32) -> String {
     )
 }
 
-/// States that begin where start equations say, single ones and elements.
+/// States with start equations, single ones and elements.
 fn start_equations(w: &mut Writer, d: u32) -> String {
     let [x, z] = ["x", "z"].map(|letter| w.name(letter));
     let labels = ["e", "e", "e", "e"].map(|letter| w.name(letter));
@@ -973,7 +973,7 @@ fn part(w: &mut Writer, d: u32) -> String {
     )
 }
 
-/// Several models of one kind, each of which gets what the one before it has.
+/// Several models of one kind, each connected to the previous one.
 fn several_parts(w: &mut Writer, d: u32) -> String {
     let (name, file) = (w.name("s"), w.name("part"));
     let inflow = w.scalar(d.min(2));
@@ -1008,14 +1008,14 @@ fn several_parts(w: &mut Writer, d: u32) -> String {
 /// A curve through points, called like a function.
 fn table(w: &mut Writer, _: u32) -> String {
     let name = w.name("f");
-    let mut at = -1.5;
+    let mut abscissa = -1.5;
     let step = w.random.chance(0.3).then(|| w.random.below(3));
     let points: Vec<String> = (0..4)
         .map(|k| {
-            let point = format!("({at:.2}, {:.2})", w.random.between(-1.0, 1.0));
-            // Two points at one place are a step.
+            let point = format!("({abscissa:.2}, {:.2})", w.random.between(-1.0, 1.0));
+            // Two points at one abscissa are a step.
             if step != Some(k) {
-                at += w.random.between(0.4, 1.2);
+                abscissa += w.random.between(0.4, 1.2);
             }
             point
         })

@@ -1,4 +1,4 @@
-//! Checks that results do not depend on where a run ends (`--until`) nor on which rows it has (`--every`).
+//! Checks that results do not depend on the end of a run (`--until`) or on its rows (`--every`).
 
 use dgd_runtime::{Direction, Signature, Solution};
 
@@ -7,11 +7,11 @@ use super::runs::{Rows, largest, name};
 use crate::case::Case;
 use crate::prepared::Prepared;
 
-/// The tolerance of the runs that are compared.
+/// Tolerance of the compared runs.
 const TOLERANCE: f64 = 1e-6;
-/// Differences up to so many tolerances are those of steps that end elsewhere.
+/// Differences up to this many tolerances are explained by other steps.
 const TOLERANCES: f64 = 10.0;
-/// Rows nearer to an event than this fraction of the run may be on either side of it.
+/// Rows closer to an event than this fraction of the run may be on either side of it.
 const BESIDE: f64 = 1e-6;
 
 /// The same run with other rows.
@@ -32,7 +32,7 @@ fn others(times: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
     ]
 }
 
-/// The size of what a direction changes, as tolerances of derivatives have it.
+/// The scale of changes along a direction, as in tolerances of derivatives.
 fn size_of(signature: &Signature, j: usize, sizes: &[f64]) -> f64 {
     match signature.directions[j] {
         Direction::Parameter(position) => {
@@ -44,7 +44,7 @@ fn size_of(signature: &Signature, j: usize, sizes: &[f64]) -> f64 {
     }
 }
 
-/// The positions of rows at equal times.
+/// Indices of rows at equal times.
 fn in_common(own: &Solution, other: &Solution) -> Vec<(usize, usize)> {
     let place = |t: &f64| other.times.iter().position(|other| other == t);
     own.times.iter().enumerate().filter_map(|(k, t)| Some((k, place(t)?))).collect()
@@ -93,10 +93,10 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
             if beside(&whole) || beside(&other) || whole.events(k) != tight.events(k) {
                 continue;
             }
-            // Pieces agree where they meet, and rounding decides between them where a solution stays there.
+            // Pieces agree where they meet, so rounding may select either of them for a solution that stays there.
             let z = |rows: &Rows, k: usize| -> Vec<f64> {
-                let all = rows.solution.z(k).iter().enumerate();
-                let kept = all.filter(|(i, _)| !is_piece(*i));
+                let modes = rows.solution.z(k).iter().enumerate();
+                let kept = modes.filter(|(i, _)| !is_piece(*i));
                 kept.map(|(_, z)| *z).collect()
             };
             if whole.events(k) != other.events(at) || z(&whole, k) != z(&other, at) {
@@ -127,7 +127,7 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
                 for (i, ((a, b), c)) in own.into_iter().zip(others).zip(tight).enumerate() {
                     let least = size[i] / size_of(signature, j, &size);
                     let allowed = TOLERANCES * (TOLERANCE * (scales[i] + least) + (a - c).abs());
-                    // Blank in one of the runs at two tolerances says that the other is as doubtful.
+                    // An undefined value in one run at either tolerance makes the other as doubtful.
                     if c.is_nan() || (a.is_nan() && b.is_nan()) || (a - b).abs() <= allowed {
                         continue;
                     }

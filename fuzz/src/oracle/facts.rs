@@ -1,4 +1,4 @@
-//! Compares runs by all methods with what is known of a case.
+//! Compares runs by all methods with the known facts of a case.
 
 use dgd_runtime::{Solution, simulate, simulate_with_sensitivities};
 
@@ -18,10 +18,10 @@ const RUNS: [(&str, f64); 6] = [
     ("taylor", 1e-7),
 ];
 
-/// By how many tolerances of its size a value may differ: errors of steps add up.
+/// Allowed difference in tolerances of the value's size: errors of steps add up.
 const TOLERANCES: f64 = 1000.0;
 
-/// By how much an exact value may differ, relative to it: its rounding.
+/// Allowed relative difference of an exact value: its rounding.
 const ROUNDING: f64 = 1e-9;
 
 pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) {
@@ -35,7 +35,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
     for (method, tolerance) in RUNS {
         let options = options(method, tolerance);
         let problem = prepared.problem(&prepared.p);
-        // Derivatives are compared by the default method.
+        // Derivatives are compared for the default method.
         let has_derivatives = case.facts.iter().any(|fact| fact.derivative().is_some());
         let is_default = method == "rodas5p";
         let solution = if is_default && has_derivatives {
@@ -43,7 +43,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
         } else {
             simulate(&problem, &times, &options)
         };
-        // Others judge how runs end.
+        // Other oracles check how runs end.
         let Ok(solution) = solution else { continue };
         let rows = Rows::new(prepared, &prepared.p, solution);
         for fact in &case.facts {
@@ -65,7 +65,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
     }
 }
 
-/// The time and value of a row that a fact does not hold for.
+/// The time and value of a row that contradicts a fact.
 fn contradiction(
     fact: &Fact,
     prepared: &Prepared,
@@ -76,12 +76,12 @@ fn contradiction(
     let (of, by) = fact.derivative().map_or((fact.of.as_str(), None), |(of, by)| (of, Some(by)));
     let signature = prepared.signature();
     let count = signature.unknowns.len() + signature.outputs.len();
-    // Nothing is known of what has been dropped from the model.
+    // There are no facts about items that were dropped from the model.
     let i = (0..count).find(|i| name(prepared, *i) == of)?;
     let j = match by {
         Some(by) => {
-            let all = 0..signature.directions.len();
-            Some(all.into_iter().find(|j| signature.direction_name(*j) == by)?)
+            let directions = 0..signature.directions.len();
+            Some(directions.into_iter().find(|j| signature.direction_name(*j) == by)?)
         }
         None => None,
     };
@@ -93,13 +93,13 @@ fn contradiction(
         if fact.at.is_some_and(|at| at != *t) {
             continue;
         }
-        let found = match j {
+        let computed = match j {
             Some(j) => rows.derivatives(k, j)[i],
             None => rows.values(k)[i],
         };
-        let is_flagged = j.is_some() && found.is_nan() && !solution.undefined.is_empty();
-        if !((found - fact.value).abs() <= allowed) && !is_flagged {
-            return Some((*t, found));
+        let is_flagged = j.is_some() && computed.is_nan() && !solution.undefined.is_empty();
+        if !((computed - fact.value).abs() <= allowed) && !is_flagged {
+            return Some((*t, computed));
         }
     }
     None

@@ -130,11 +130,11 @@ pub fn judged(case: &Case, chosen: &[String]) -> Vec<Finding> {
         if !chosen.is_empty() && !chosen.iter().any(|name| name == oracle.name) {
             continue;
         }
-        let mut own = Vec::new();
-        if let Err(panic) = guarded(oracle.name, || (oracle.judge)(case, &prepared, &mut own)) {
-            own.push(panic);
+        let mut new = Vec::new();
+        if let Err(panic) = guarded(oracle.name, || (oracle.judge)(case, &prepared, &mut new)) {
+            new.push(panic);
         }
-        findings.extend(own);
+        findings.extend(new);
     }
     findings
 }

@@ -38,7 +38,7 @@ pub(super) fn sizes(signature: &Signature, start: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Points near the start values, in every mode.
+/// Points near the initial values, in every mode.
 pub(super) fn places(prepared: &Prepared, random: &mut Random) -> Vec<At> {
     let signature = prepared.signature();
     let system = &prepared.system;
@@ -68,13 +68,13 @@ pub(super) fn places(prepared: &Prepared, random: &mut Random) -> Vec<At> {
         u[past.first + past.n_v + k] =
             y[late.unknown] + size * random.borrow_mut().between(-0.3, 0.3);
     }
-    let at = At { t, y, u, p, z };
+    let first = At { t, y, u, p, z };
     let discrete = &signature.discrete;
-    let mut places = vec![at.clone()];
+    let mut places = vec![first.clone()];
     let conditions = std::iter::repeat_n(2, discrete.n_time_conditions);
     for (k, modes) in discrete.automata.iter().map(|a| a.modes.len()).chain(conditions).enumerate()
     {
-        let mut place = at.clone();
+        let mut place = first.clone();
         place.z[k] = random.borrow_mut().below(modes) as f64;
         places.push(place);
     }
@@ -174,51 +174,52 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
         let (mut dwdp, mut dwdt) = (vec![0.0; by_p.len()], vec![0.0; n_w]);
         system.output_jacobians(at.point(), &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
         for i in 0..n {
-            let found = difference(
+            let differences = difference(
                 |dy| {
-                    let mut at = at.clone();
-                    at.y[i] += dy;
-                    f(&at)
+                    let mut moved = at.clone();
+                    moved.y[i] += dy;
+                    f(&moved)
                 },
                 sizes[i],
             );
-            let own = [column(&signature.jacobian, &jacobian, n, i), column(by_y, &dwdy, n_w, i)];
-            findings.extend(compare("df/dy", &own[0], &found[..n]));
-            findings.extend(compare("dw/dy", &own[1], &found[n..]));
+            let analytic =
+                [column(&signature.jacobian, &jacobian, n, i), column(by_y, &dwdy, n_w, i)];
+            findings.extend(compare("df/dy", &analytic[0], &differences[..n]));
+            findings.extend(compare("dw/dy", &analytic[1], &differences[n..]));
         }
         if n_c == 0 {
-            let found = difference(
+            let differences = difference(
                 |dt| {
-                    let mut at = at.clone();
-                    at.t += dt;
-                    f(&at)
+                    let mut moved = at.clone();
+                    moved.t += dt;
+                    f(&moved)
                 },
                 1.0,
             );
             let mut time_derivative = vec![0.0; n];
             system.time_derivative(at.point(), &mut time_derivative);
-            findings.extend(compare("df/dt", &time_derivative, &found[..n]));
-            findings.extend(compare("dw/dt", &dwdt, &found[n..]));
+            findings.extend(compare("df/dt", &time_derivative, &differences[..n]));
+            findings.extend(compare("dw/dt", &dwdt, &differences[n..]));
         }
         let n_u = signature.inputs.len() + signature.delayed_inputs.len();
         let mut input_jacobian = vec![0.0; signature.input_jacobian.len()];
         system.input_jacobian(at.point(), &mut input_jacobian);
         for k in 0..n_u {
             let size = if at.u[k] == 0.0 { 1.0 } else { at.u[k].abs() };
-            let found = difference(
+            let differences = difference(
                 |du| {
-                    let mut at = at.clone();
-                    at.u[k] += du;
-                    f(&at)
+                    let mut moved = at.clone();
+                    moved.u[k] += du;
+                    f(&moved)
                 },
                 size,
             );
-            let own = [
+            let analytic = [
                 column(&signature.input_jacobian, &input_jacobian, n, k),
                 column(by_u, &dwdu, n_w, k),
             ];
-            findings.extend(compare("df/du", &own[0], &found[..n]));
-            findings.extend(compare("dw/du", &own[1], &found[n..]));
+            findings.extend(compare("df/du", &analytic[0], &differences[..n]));
+            findings.extend(compare("dw/du", &analytic[1], &differences[n..]));
         }
         // Along the directions, with sensitivities of the size of the unknowns.
         let mut s = vec![0.0; n * n_s];
@@ -262,9 +263,9 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
                 }
                 moved
             };
-            let found = difference(|d| f(&moved(d)), size);
-            findings.extend(compare("g", &g[j * n..(j + 1) * n], &found[..n]));
-            findings.extend(compare("dw/dθ", &dw[j * n_w..(j + 1) * n_w], &found[n..]));
+            let differences = difference(|d| f(&moved(d)), size);
+            findings.extend(compare("g", &g[j * n..(j + 1) * n], &differences[..n]));
+            findings.extend(compare("dw/dθ", &dw[j * n_w..(j + 1) * n_w], &differences[n..]));
             let part = |matrix: &[f64], rows: usize| matrix[j * rows..(j + 1) * rows].to_vec();
             // ∂/∂θ + ∂/∂y S.
             let total = |[by_theta, by_y]: &[(&Pattern, Vec<f64>); 2], rows: usize| {
@@ -272,9 +273,10 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
                 by_y.0.for_each(&by_y.1, |row, k, slope| total[row] += slope * s[j * n + k]);
                 total
             };
-            let own = [total(&of_events, n_e), total(&of_resets, n_r), part(&dtimes, n_c)].concat();
-            let found = difference(|d| events(&moved(d)), size);
-            findings.extend(compare("de/dθ", &own, &found));
+            let analytic =
+                [total(&of_events, n_e), total(&of_resets, n_r), part(&dtimes, n_c)].concat();
+            let differences = difference(|d| events(&moved(d)), size);
+            findings.extend(compare("de/dθ", &analytic, &differences));
         }
         if !findings.is_empty() {
             return;

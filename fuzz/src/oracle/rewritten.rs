@@ -51,7 +51,7 @@ fn declared(ast: &mut Ast) -> Vec<String> {
     names
 }
 
-/// The text with names replaced where they are whole words.
+/// The text with names replaced as whole words.
 pub(super) fn replaced(text: &str, names: &BTreeMap<String, String>) -> String {
     let mut out = String::new();
     let mut word = String::new();
@@ -82,7 +82,7 @@ pub(super) fn replaced(text: &str, names: &BTreeMap<String, String>) -> String {
 fn renamed(case: &Case) -> Option<(Case, BTreeMap<String, String>)> {
     let mut ast = read(&case.model)?;
     let names: BTreeMap<String, String> = (declared(&mut ast).into_iter())
-        // Words that may be units are left alone.
+        // Words that may be units stay.
         .filter(|name| {
             name.len() > 1 && name.chars().any(|c| c.is_ascii_digit()) && !name.contains('.')
         })
@@ -151,7 +151,7 @@ fn rescaled(case: &Case) -> Option<Case> {
     let mut unknowns: BTreeMap<String, &str> = BTreeMap::new();
     let mut columns: BTreeMap<String, f64> = BTreeMap::new();
     for item in &mut ast.items {
-        let own = match &item.kind {
+        let unknown = match &item.kind {
             ItemKind::Unknown { name, .. } => Some(name.text.clone()),
             _ => None,
         };
@@ -174,8 +174,8 @@ fn rescaled(case: &Case) -> Option<Case> {
             _ => continue,
         };
         let Some(factor) = change_unit(unit) else { continue };
-        if let Some(own) = own {
-            unknowns.insert(own, factor);
+        if let Some(unknown) = unknown {
+            unknowns.insert(unknown, factor);
         }
         if let Some(value) = value {
             scaled(value, factor);
@@ -258,7 +258,7 @@ fn rescaled(case: &Case) -> Option<Case> {
 }
 
 pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) {
-    // An effect refers to names that it changes.
+    // An effect refers to names that the rewriting changes.
     if case.files.contains_key(EFFECT) {
         return;
     }
@@ -270,7 +270,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
     let rows = runs::Rows::new(prepared, &prepared.p, solution);
     let size = largest(prepared, &rows);
     let signature = prepared.signature();
-    // Of tied states, the first declared are free.
+    // Among tied states, the first declared ones are free.
     let mut follows = false;
     visit::items(&prepared.compiled.asts[0].items, &mut |item| {
         if let ItemKind::Unknown { declared: UnknownKind::State, name, .. } = &item.kind {
@@ -303,7 +303,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
                 continue;
             }
         };
-        let found = match prepared_other.run(&prepared_other.p, "rodas5p", 1e-8, false) {
+        let rewritten = match prepared_other.run(&prepared_other.p, "rodas5p", 1e-8, false) {
             Ok(found) => found,
             Err(failure) => {
                 let detail = format!("{}\n{}", failure.error, other.model);
@@ -313,21 +313,21 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
         };
         'rows: for k in 0..rows.solution.len() {
             let now = events(&rows.solution, k);
-            if events(&found, k) != now || events(&loose, k) != now {
+            if events(&rewritten, k) != now || events(&loose, k) != now {
                 continue;
             }
             for (i, unknown) in signature.unknowns.iter().enumerate() {
-                let own = unknown.name.to_string();
-                // Shares of sides are numbered in the order of their switches.
-                if own.starts_with("share(") {
+                let own_name = unknown.name.to_string();
+                // Shares of sliding modes are numbered in the order of their switches.
+                if own_name.starts_with("share(") {
                     continue;
                 }
-                let name = names.get(&own).cloned().unwrap_or(own);
+                let name = names.get(&own_name).cloned().unwrap_or(own_name);
                 let others = prepared_other.signature();
                 let Some(at) = others.unknowns.iter().position(|x| x.name == name.as_str()) else {
                     continue;
                 };
-                let (a, b, c) = (rows.solution.y(k)[i], found.y(k)[at], loose.y(k)[i]);
+                let (a, b, c) = (rows.solution.y(k)[i], rewritten.y(k)[at], loose.y(k)[i]);
                 let allowed = 1e-4 * size[i] + 300.0 * (a - c).abs();
                 if !((a - b).abs() <= allowed) {
                     let detail = format!(

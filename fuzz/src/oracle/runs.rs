@@ -104,14 +104,14 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
         (Ok(loose), Ok(tight)) => (loose, tight),
         (Err(failure), Ok(_)) => return findings.push(failed("rodas5p at 1e-6 alone", &failure)),
         (Ok(_), Err(failure)) => return findings.push(failed("rodas5p at 1e-9 alone", &failure)),
-        // A random model need not have a steady state to begin at.
+        // A random model need not have a steady state to start in.
         (Err(failure), Err(_)) if has_no_rest(&failure) => return,
         (Err(failure), Err(_)) => return findings.push(failed("rodas5p", &failure)),
     };
     let _ = case;
     let rows = tight.solution.len();
     let size = largest(prepared, &tight);
-    // Without sensitivities, the same.
+    // The same without sensitivities.
     written::judge(prepared, &loose.solution, &loose.observations, DEFAULT, findings);
     if findings.is_empty() {
         written::judge(prepared, &tight.solution, &tight.observations, TIGHT, findings);
@@ -193,7 +193,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
                 if error > 0.01 * scale || rounding > 0.01 * scale {
                     continue;
                 }
-                // At a corner, such as a row just at the end of a delay, the derivative of either side is right.
+                // At a corner, such as a row just at the end of a delay, the derivative on either side is correct.
                 let corner = if sides > 1e-3 * scale { sides } else { 0.0 };
                 let (own, default) = (tight.derivatives(k, j)[i], loose.derivatives(k, j)[i]);
                 if own.is_nan() {
@@ -222,7 +222,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
                         tight.solution.times[k],
                     )
                 };
-                let of = if i < tight.solution.n {
+                let kind = if i < tight.solution.n {
                     "a sensitivity"
                 } else {
                     "a sensitivity of an output"
@@ -230,7 +230,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
                 if (own - fine).abs() > allowed {
                     findings.push(Finding::new(
                         "runs",
-                        format!("{of} is wrong"),
+                        format!("{kind} is wrong"),
                         detail(own, "1e-9"),
                     ));
                     return;
@@ -240,7 +240,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
                 {
                     findings.push(Finding::new(
                         "runs",
-                        format!("{of} is wrong at the default tolerance"),
+                        format!("{kind} is wrong at the default tolerance"),
                         detail(default, "1e-6"),
                     ));
                     return;
@@ -295,8 +295,9 @@ pub(super) fn methods(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>
             if rows.events(k) != events || again.events(k) != events {
                 continue;
             }
-            let all = rows.values(k).into_iter().zip(reference.values(k)).zip(again.values(k));
-            for (i, (((a, b), c), size)) in all.zip(&size).enumerate().take(reference.solution.n) {
+            let values = rows.values(k).into_iter().zip(reference.values(k)).zip(again.values(k));
+            for (i, (((a, b), c), size)) in values.zip(&size).enumerate().take(reference.solution.n)
+            {
                 let allowed = 1e-3 * size + 300.0 * (b - c).abs();
                 if !((a - b).abs() <= allowed) {
                     let detail = format!(

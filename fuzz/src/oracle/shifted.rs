@@ -1,4 +1,4 @@
-//! The same model at a later time: what it reads of time is as long ago as before.
+//! The same model at a later time: delays and functions of time are shifted with it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,10 +9,10 @@ use super::runs::{Rows, largest, name};
 use crate::case::Case;
 use crate::prepared::Prepared;
 
-/// How much later, s: times stay exact but for a last bit.
+/// The shift, s: times stay exact up to the last bit.
 const LATER: f64 = 8.0;
 
-/// The case with its clock set on, unless it has what begins at the time 0.
+/// The case with a shifted clock, unless something in it is tied to time 0.
 fn shifted(case: &Case) -> Option<Case> {
     if !case.files.is_empty() || case.model.contains("every ") {
         return None;
@@ -43,26 +43,28 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
         }
     };
     later.times = prepared.times.iter().map(|t| t + LATER).collect();
-    let found = match later.run(&later.p, "rodas5p", 1e-8, false) {
+    let shifted_solution = match later.run(&later.p, "rodas5p", 1e-8, false) {
         Ok(found) => found,
         Err(failure) => {
             let detail = format!("{}\n{}", failure.error, other.model);
             return findings.push(Finding::new("shifted", "the run fails", detail));
         }
     };
-    let own = Rows::new(prepared, &prepared.p, own);
+    let original = Rows::new(prepared, &prepared.p, own);
     let loose = Rows::new(prepared, &prepared.p, loose);
-    let found = Rows::new(&later, &later.p, found);
-    let size = largest(prepared, &own);
-    for k in 0..own.solution.len() {
-        // What happens at the time of a row may be before it or after it.
-        if own.events(k) != loose.events(k) || own.events(k) != found.events(k) {
+    let shifted_solution = Rows::new(&later, &later.p, shifted_solution);
+    let size = largest(prepared, &original);
+    for k in 0..original.solution.len() {
+        // An event at the time of a row may be before it or after it.
+        if original.events(k) != loose.events(k) || original.events(k) != shifted_solution.events(k)
+        {
             continue;
         }
-        let all = own.values(k).into_iter().zip(found.values(k)).zip(loose.values(k));
-        for (i, (((a, b), c), size)) in all.zip(&size).enumerate().take(own.solution.n) {
+        let values =
+            original.values(k).into_iter().zip(shifted_solution.values(k)).zip(loose.values(k));
+        for (i, (((a, b), c), size)) in values.zip(&size).enumerate().take(original.solution.n) {
             if !((a - b).abs() <= 1e-4 * size + 300.0 * (a - c).abs()) {
-                let (of, t) = (name(prepared, i), own.solution.times[k]);
+                let (of, t) = (name(prepared, i), original.solution.times[k]);
                 let detail = format!("{of} at {t}: {a:e}, later {b:e}\n{}", other.model);
                 return findings.push(Finding::new("shifted", "another solution", detail));
             }

@@ -11,10 +11,10 @@ use super::Finding;
 use crate::prepared::Prepared;
 use crate::truth::{Place, Truth};
 
-/// Relative distance within which a comparison may go either way, as it may within a number of tolerances.
+/// Relative distance within which a comparison may have either result, and the same in tolerances.
 const NEAR: f64 = 1e-6;
 const TOLERANCES: f64 = 30.0;
-/// Sides below this are rounding of cancelling quantities.
+/// Sides below this are rounding errors of cancelling terms.
 const ROUNDING: f64 = 1e-6;
 
 /// Size of the terms on a side of an equation.
@@ -74,10 +74,10 @@ pub(super) fn judge(
         if signature.delayed_unknowns.is_empty() {
             let (y, z) = (solution.y(k), solution.z(k));
             let mut f = vec![0.0; n];
-            let at = Point { t, y, u: &u, p: &prepared.p, z };
-            prepared.system.rhs(at, &mut f);
+            let point = Point { t, y, u: &u, p: &prepared.p, z };
+            prepared.system.rhs(point, &mut f);
             let mut mass = vec![0.0; n];
-            prepared.system.mass(at, &mut mass);
+            prepared.system.mass(point, &mut mass);
             let mut values: BTreeMap<String, f64> = BTreeMap::new();
             for (i, unknown) in signature.unknowns.iter().enumerate() {
                 values.insert(unknown.name.to_string(), y[i]);
@@ -114,13 +114,13 @@ pub(super) fn judge(
                 let Some(expected) = truth.declared(value, (*factor, *offset), &place) else {
                     continue;
                 };
-                let found = observations.w(k)[i];
+                let computed = observations.w(k)[i];
                 let size = expected.abs().max(*factor);
                 if place.margin.get() > near
-                    && ((found - expected).abs() > 1e-8 * size || found.is_nan())
+                    && ((computed - expected).abs() > 1e-8 * size || computed.is_nan())
                 {
                     let detail =
-                        format!("output {name} at {t}: {found:e}, by its text {expected:e}");
+                        format!("output {name} at {t}: {computed:e}, by its text {expected:e}");
                     findings.push(Finding::new(
                         "runs",
                         "an output is not what its text says",
@@ -138,7 +138,7 @@ pub(super) fn judge(
         let size = rows.iter().fold(ROUNDING, |m, row| m.max(row[3]));
         for [t, left, right, _] in rows {
             let apart = (left - right).abs() / size;
-            // Rates are exactly those of the functions; algebraic unknowns are accurate to the tolerance.
+            // Rates equal the functions exactly; algebraic unknowns are accurate to the tolerance.
             let allowed =
                 if read.is_empty() { 30.0 * tolerance } else { (30.0 * tolerance).max(1e-9) };
             if apart > allowed {

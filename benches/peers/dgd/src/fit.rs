@@ -1,4 +1,4 @@
-//! Fits to the recording with noise, from values that are 30 % off.
+//! Fits to the recording with noise, from initial values that are 30 % off.
 
 use dgd_identify::{Fit, Noise, OutputErrorProblem, Recording, fit};
 use dgd_runtime::{Inputs, Options, Solved};
@@ -7,7 +7,7 @@ use peers_problems::two_state::{
     FIT_NOISE, FIT_START, RANK_START, SIX_NOISE, SIX_START, nominal, nominal_six, square_losses,
 };
 
-/// M, c0 and c2. `inputs` are those of the recording; the model has sensitivities to the three.
+/// M, c0 and c2. `inputs` are those of the recording; the model has sensitivities to the three parameters.
 pub(crate) fn solve(
     request: &Request,
     system: &(impl Solved + Clone + Send + 'static),
@@ -23,7 +23,7 @@ pub(crate) fn solve(
     })
 }
 
-/// M, c0, c2 and F, of which data determines only a sum of the last two.
+/// M, c0, c2 and F, where the data determine only a combination of the last two.
 pub(crate) fn too_free(
     request: &Request,
     system: &(impl Solved + Clone + Send + 'static),
@@ -51,7 +51,7 @@ pub(crate) fn too_free(
     })
 }
 
-/// M, c0, c1, c2, F and F1, of four instruments.
+/// M, c0, c1, c2, F and F1, from four instruments.
 pub(crate) fn six(
     request: &Request,
     system: &(impl Solved + Clone + Send + 'static),
@@ -69,7 +69,7 @@ pub(crate) fn six(
     })
 }
 
-/// Some parameters off by factors.
+/// Multiplies some parameters by factors.
 fn off(mut p: [f64; 5], start: &[(usize, f64)]) -> [f64; 5] {
     for (position, factor) in start {
         p[*position] *= factor;
@@ -77,7 +77,7 @@ fn off(mut p: [f64; 5], start: &[(usize, f64)]) -> [f64; 5] {
     p
 }
 
-/// What was measured of each output, and with what noise.
+/// Readings of each output, with their noise.
 type Readings = Vec<(Vec<f64>, f64)>;
 
 /// Readings of h and q.
@@ -90,17 +90,17 @@ fn columns<const N: usize>(rows: &[[f64; N]], noise: [f64; N]) -> Readings {
     noise.into_iter().enumerate().map(column).collect()
 }
 
-/// When a fit ends.
+/// Stopping criterion of a fit.
 enum Stopping {
     /// A thousandth of a standard deviation from the minimum.
     Usual,
-    /// Where the weakest estimate has six digits, which is nearer.
+    /// Six accurate digits of the weakest estimate, which is closer.
     AtSixDigits,
 }
 
-/// What is fitted to what.
+/// The input of a fit.
 struct Wanted<'a> {
-    /// What the fit starts from.
+    /// Initial values.
     p: &'a [f64],
     readings: Readings,
     stopping: Stopping,
@@ -128,8 +128,8 @@ fn estimate(
     }
     request.measure(
         || {
-            let found = fit(&problem)?;
-            if found.termination.is_converged() { Ok(found) } else { Err("not converged".into()) }
+            let fitted = fit(&problem)?;
+            if fitted.termination.is_converged() { Ok(fitted) } else { Err("not converged".into()) }
         },
         answer,
     )

@@ -1,6 +1,6 @@
-//! The problems, solved with dgd: `.dgd` files by `dgd::model!` or loaded, run by the public façade.
+//! The problems solved with dgd: `.dgd` files by `dgd::model!` or loaded, run through the public interface.
 //!
-//! A library, so that what is timed beside the peers is what instructions are counted of.
+//! It is a library, so that the timed code is also the code whose instructions are counted.
 
 mod fit;
 mod line;
@@ -24,16 +24,16 @@ mod models {
     dgd::model!("instruments.dgd", as instruments);
 }
 
-/// The model of P1, from here.
+/// The model of P1, relative to this package.
 const TWO_STATE: &str = "../../../models/bench_two_state.dgd";
-/// What stands behind a method's name where the model is not compiled by rustc but loaded.
+/// Suffix of a method for a loaded model, as opposed to one compiled by rustc.
 const LOADED: &str = ", loaded";
 
 /// Answers a request.
 ///
 /// # Errors
 ///
-/// A case that is not known, and whatever goes wrong in a run.
+/// The case is unknown, or a run fails.
 pub fn solve(request: &Request) -> Result<(), Failure> {
     match request.problem() {
         "p1a" | "p1b" if request.method.ends_with(LOADED) => {
@@ -76,22 +76,22 @@ fn jump_of_speed() -> Result<(Inputs, Vec<f64>), Failure> {
     Ok((Inputs::recorded(&times, &[column])?, (0..=1000).map(f64::from).collect()))
 }
 
-/// Inputs of 6000 s at 1 Hz, and their times.
+/// Inputs over 6000 s at 1 Hz, and their times.
 fn recorded(request: &Request) -> Result<(Inputs, Vec<f64>), Failure> {
     let samples = request.recording()?;
     let times: Vec<f64> = (0..samples.len()).map(|k| k as f64).collect();
     let w: Vec<f64> = samples.iter().map(|sample| sample.w).collect();
     let q_b: Vec<f64> = samples.iter().map(|sample| sample.q_b).collect();
     let q_tf: Vec<f64> = samples.iter().map(|sample| sample.q_tf).collect();
-    let held = |name, values| Column { name, interpolation: Interpolation::Hold, values };
-    let columns = [held("w", &w), held("q_b", &q_b), held("q_tf", &q_tf)];
+    let held_column = |name, values| Column { name, interpolation: Interpolation::Hold, values };
+    let columns = [held_column("w", &w), held_column("q_b", &q_b), held_column("q_tf", &q_tf)];
     Ok((Inputs::recorded(&times, &columns)?, times))
 }
 
-/// Both tolerances are relative to sizes that the model gives: of the unknowns, and of the parameters.
+/// Both tolerances are relative to the model's sizes of unknowns and parameters.
 ///
-/// A method is one by its name, with adaptive steps; `tsit5 per sample` and `tsit5 2 per sample` are the
-/// same with equal steps. `auto` is what a user gets who says nothing.
+/// A method's name means adaptive steps; `tsit5 per sample` and `tsit5 2 per sample` mean equal steps. `auto` is the
+/// default of users.
 fn options(request: &Request) -> Result<Options, Failure> {
     let words: Vec<&str> = request.method.trim_end_matches(LOADED).split(' ').collect();
     let (name, steps) = match words.as_slice() {
@@ -111,7 +111,7 @@ fn options(request: &Request) -> Result<Options, Failure> {
     })
 }
 
-/// Values of the parameters that the model declares.
+/// Parameter values declared in the model.
 fn declared(system: &impl Solved) -> Vec<f64> {
     system.signature().parameters.iter().map(|x| x.value).collect()
 }
@@ -133,7 +133,7 @@ fn run(
     )
 }
 
-/// States, then sensitivities to θ = p/p_nominal: ∂y/∂θ = p_nominal ∂y/∂p.
+/// States, then sensitivities with respect to θ = p/p_nominal: ∂y/∂θ = p_nominal ∂y/∂p.
 fn rows(solution: &Solution, p: &[f64]) -> Vec<f64> {
     let mut rows = Vec::new();
     for k in 0..solution.times.len() {

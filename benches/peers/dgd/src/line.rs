@@ -1,4 +1,4 @@
-//! P3: the line from a short file, of any number of cells.
+//! P3: the line from a short file, with any number of cells.
 
 use dgd_compiler::pipeline::Directions;
 use dgd_runtime::{Inputs, Options, Problem, System, simulate_chosen};
@@ -7,7 +7,7 @@ use peers_problems::request::{Answer, Failure, Request};
 
 use crate::{declared, loaded, options};
 
-/// p₁ at whole seconds; the model is read and compiled before the runs, as the peers' are.
+/// p₁ at whole seconds; the model is read and compiled before the runs, like those of the peers.
 pub(crate) fn solve(request: &Request) -> Result<(), Failure> {
     let cells = request.size().ok_or("how many cells?")?;
     let system = loaded::model("line.dgd", &Directions::None, &[format!("N={cells}")])?;
@@ -15,7 +15,7 @@ pub(crate) fn solve(request: &Request) -> Result<(), Failure> {
     let inputs = Inputs::constant(&[]);
     let times: Vec<f64> = (0..=END).map(f64::from).collect();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
-    // The sizes that the file gives are a million times an absolute tolerance of 1, as for the peers.
+    // The declared sizes are a million times an absolute tolerance of 1, as for the peers.
     let options = Options { atol: request.rtol, ..options(request)? };
     let unknowns = &system.signature().unknowns;
     let first = (0..unknowns.len()).find(|&i| unknowns.name(i) == "p[1]");

@@ -1,4 +1,4 @@
-//! A `.dgd` file, compiled when the program runs and not by rustc.
+//! A `.dgd` file compiled at run time instead of by rustc.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ use dgd_compiler::syntax::parse_setting;
 use dgd_execute::Loaded;
 use peers_problems::request::Failure;
 
-/// The model in a file of this package, with what `settings` sets, as `N=100`.
+/// The model in a file of this package, with `settings` such as `N=100`.
 pub(crate) fn model(
     file: &str,
     directions: &Directions,

@@ -1,4 +1,4 @@
-//! Answers the driver.
+//! Answers requests of the driver.
 
 use std::process::ExitCode;
 

@@ -10,8 +10,8 @@ use peers_problems::two_state::{SETS, ensemble};
 
 use crate::{jump_of_speed, options};
 
-/// The mean level over all sets and outputs: of `p4` on one core, of `p4-threads` on all. Parameters of
-/// the model are M, c0, c1, c2, F, as those of the problem.
+/// The mean level over all sets and outputs, on one core for `p4` and on all for `p4-threads`. The model's parameters
+/// are M, c0, c1, c2, F, as in the problem.
 pub(crate) fn solve(
     request: &Request,
     system: &(impl Solved + Clone + Send + Sync),
@@ -46,7 +46,7 @@ pub(crate) fn solve(
     )
 }
 
-/// In eight parts, which do not wait for each other.
+/// The sum in eight independent parts.
 fn sum(values: &[f64]) -> f64 {
     let (eights, rest) = values.as_chunks::<8>();
     let mut parts = [0.0; 8];

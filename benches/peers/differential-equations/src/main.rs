@@ -1,6 +1,6 @@
-//! The problems, solved with differential-equations.
+//! The problems solved with differential-equations.
 //!
-//! States are scaled by their sizes, as one absolute tolerance is for all. Each stretch of constant
+//! States are scaled by their sizes, because a single absolute tolerance applies to all. Each interval of constant
 //! inputs is a problem of its own.
 
 mod systems;
@@ -16,7 +16,7 @@ use systems::{Augmented, States};
 /// Rows of N scaled numbers, and the steps of the solver.
 type Run<const N: usize> = (Vec<[f64; N]>, usize);
 
-/// Solves from stretch to stretch; `$problem` makes one of the model, the stretch and its start.
+/// Solves interval by interval; `$problem` makes a problem from the model, the interval and its start.
 macro_rules! stretches {
     ($request:expr, $model:expr, $start:expr, $problem:expr, $method:expr) => {{
         let (mut rows, mut steps, mut y) = (Vec::with_capacity(1001), 0, $start);
@@ -29,7 +29,7 @@ macro_rules! stretches {
                 .method(method)
                 .solve()
                 .map_err(|error| format!("{error:?}"))?;
-            // The start of a stretch is the end of the one before.
+            // The start of an interval is the end of the previous one.
             rows.extend_from_slice(&solution.y[usize::from(from > 0.0)..]);
             steps += solution.steps.accepted;
             y = rows[rows.len() - 1];
@@ -38,7 +38,7 @@ macro_rules! stretches {
     }};
 }
 
-/// The same for inputs that change every second; the first step tried is all of it.
+/// The same for inputs that change every second; the first trial step is a whole second.
 macro_rules! recording {
     ($request:expr, $samples:expr, $start:expr, $system:expr, $method:expr) => {{
         let (mut rows, mut steps, mut y) = (vec![$start], 0, $start);
@@ -90,7 +90,7 @@ fn radau5(request: &Request, model: TwoState) -> Result<Run<2>, Failure> {
     stretches!(request, model, [1.0, 1.0], problem, ImplicitRungeKutta::radau5())
 }
 
-/// `radau5` with the crate's own sensitivity equations, `dopri5` on twelve equations by hand.
+/// `radau5` with the crate's own sensitivity equations, `dopri5` with twelve hand-written equations.
 fn ode_with_sensitivities(request: &Request) -> Result<(), Failure> {
     let model = TwoState::start();
     match request.method.as_str() {
@@ -115,7 +115,7 @@ fn ode_with_sensitivities(request: &Request) -> Result<(), Failure> {
     }
 }
 
-/// The crate does not look for a consistent start: q is made one at the start of each stretch.
+/// The crate does not compute a consistent start, so q is made consistent at the start of each interval.
 fn dae(request: &Request) -> Result<(), Failure> {
     if request.method != "radau5" {
         return Err(format!("no {} for {}", request.method, request.case).into());
@@ -185,7 +185,7 @@ fn model_at(sample: &Sample) -> TwoState {
     TwoState { w: sample.w, q_out: sample.q_b + sample.q_tf, ..TwoState::start() }
 }
 
-/// Scaled states, and sensitivities of zero.
+/// Scaled states, with zero sensitivities.
 fn at_rest() -> [f64; WIDTH] {
     let mut y = [0.0; WIDTH];
     y[0] = 1.0;
@@ -193,7 +193,7 @@ fn at_rest() -> [f64; WIDTH] {
     y
 }
 
-/// The crate has all sensitivities of the first state before those of the second.
+/// The crate orders all sensitivities of the first state before those of the second.
 fn by_parameter(row: &[f64; WIDTH]) -> [f64; WIDTH] {
     std::array::from_fn(|i| if i < 2 { row[i] } else { row[2 + 5 * (i % 2) + (i - 2) / 2] })
 }

@@ -13,10 +13,10 @@ pub(crate) struct States(pub(crate) TwoState);
 pub(crate) struct Augmented(pub(crate) TwoState);
 
 impl States {
-    /// y with the flow that balances the static model: Newton's method in q.
+    /// y with the flow at which the static model balances, by Newton's method in q.
     pub(crate) fn consistent(&self, y: [f64; 2]) -> [f64; 2] {
         let (h, mut q) = (LEVEL * y[0], FLOW * y[1]);
-        // The residual is a parabola: from a flow of the right size, six iterations give all digits.
+        // The residual is quadratic: from a flow of the right size, six iterations give all digits.
         for _ in 0..6 {
             q -= self.0.rhs(h, q)[1] / self.0.slopes(q)[1];
         }

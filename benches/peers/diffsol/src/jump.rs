@@ -1,4 +1,4 @@
-//! P1, P2 and P4: a jump of the speed at 100 s, where the solver starts over.
+//! P1, P2 and P4: a jump of the speed at 100 s, where the solver restarts.
 
 use diffsol::{
     NalgebraContext, NalgebraVec, OdeBuilder, OdeEquations, OdeEquationsImplicitSens,
@@ -12,7 +12,7 @@ use crate::two_state::{Matrix, Now, Solver, mass};
 /// A row for each output, and the steps of the solver.
 type Run = (Vec<[f64; WIDTH]>, usize);
 
-/// What all problems have in common.
+/// Common part of all problems.
 macro_rules! builder {
     ($request:expr) => {
         OdeBuilder::<Matrix>::new()
@@ -24,7 +24,7 @@ macro_rules! builder {
     };
 }
 
-/// Solves `$problem` from stretch to stretch; `$read` takes a solver's outputs.
+/// Solves `$problem` interval by interval; `$read` reads a solver's outputs.
 macro_rules! solve {
     ($now:expr, $problem:expr, $method:ident, $read:expr) => {{
         let problem = $problem;
@@ -34,7 +34,7 @@ macro_rules! solve {
             problem.t0 = f64::from(from);
             $now.model.set(TwoState { w, ..$now.model.get() });
             let mut solver = problem.$method::<Solver>()?;
-            // The first stretch has its start among the outputs.
+            // The outputs of the first interval include its start.
             let first = if from == 0 { 0 } else { from + 1 };
             let times: Vec<f64> = (first..=to).map(f64::from).collect();
             $read(&mut solver, &times, &mut rows)?;

@@ -1,7 +1,6 @@
 //! P3: the line, with sparse faer matrices.
 //!
-//! Set-up colours the Jacobian from a dense sweep, so its time and memory grow with the square of
-//! the number of cells.
+//! Set-up colours the Jacobian from a dense sweep, so its time and memory grow with the square of the number of cells.
 
 use diffsol::{
     FaerSparseLU, FaerSparseMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason, Vector,

@@ -1,7 +1,7 @@
-//! The problems, solved with diffsol: dense nalgebra matrices for two states, sparse faer for lines.
+//! The problems solved with diffsol: dense nalgebra matrices for two states, sparse faer for lines.
 //!
-//! A restart has no interface of its own for models that are closures: what changes at one is in
-//! cells that the closures read.
+//! Models given as closures have no interface for restarts, so values that change at a restart are in cells that the
+//! closures read.
 
 mod jump;
 mod line;

@@ -1,8 +1,8 @@
 //! P5: 6000 s at 1 Hz, inputs that change every second.
 //!
-//! The fastest way that was found: one solver, stopped at each sample; there the derivatives are
-//! written anew for the new inputs, for the solver uses the old ones otherwise, and the step is carried over
-//! unless a fixed first step after each sample is faster.
+//! The fastest variant found: one solver, stopped at each sample, where the derivatives are rewritten for the new
+//! inputs, because the solver would use the old ones. The step is carried over, unless a fixed first step after each
+//! sample is faster.
 
 use diffsol::{OdeBuilder, OdeSolverMethod, OdeSolverStopReason};
 use peers_problems::request::{Answer, Failure, Request, Sample};
@@ -93,7 +93,7 @@ pub(crate) fn solve(request: &Request) -> Result<(), Failure> {
     }
 }
 
-/// The first step after a sample where a fixed one is faster than the last one carried over, s.
+/// The first step after a sample, if a fixed one is faster than carrying over the last one, s.
 fn first_step(request: &Request) -> Option<f64> {
     let loose = request.rtol >= 1e-4;
     match (request.method.as_str(), request.with_sensitivities(), loose) {

@@ -5,12 +5,12 @@ use std::cell::Cell;
 use diffsol::{NalgebraLU, NalgebraMat};
 use peers_problems::two_state::{AREA, FLOW, LEVEL, TwoState, WIDTH};
 
-/// Matrices of two rows: nalgebra costs a third of faer here.
+/// Matrices of two rows, for which nalgebra takes a third of the time of faer.
 pub(crate) type Matrix = NalgebraMat<f64>;
 /// Their solver.
 pub(crate) type Solver = NalgebraLU<f64>;
 
-/// What changes at a restart.
+/// Values that change at a restart.
 pub(crate) struct Now {
     pub(crate) model: Cell<TwoState>,
     /// States and sensitivities to start with.
@@ -18,12 +18,12 @@ pub(crate) struct Now {
 }
 
 impl Now {
-    /// At rest.
+    /// Starts in steady state.
     pub(crate) fn new(model: TwoState) -> Self {
         Self { model: Cell::new(model), start: Cell::new(row_at_rest()) }
     }
 
-    /// Back to rest, with the same parameters.
+    /// Returns to steady state, with the same parameters.
     pub(crate) fn restart(&self) {
         self.start.set(row_at_rest());
     }
@@ -50,7 +50,7 @@ impl Now {
         }
     }
 
-    /// The same of the static model, in which M is not.
+    /// The same for the static model, which does not contain M.
     pub(crate) fn by_theta_times_static(&self) -> impl Fn(&[f64], &[f64], f64, &[f64], &mut [f64]) {
         |y, _p, _t, v, result| {
             let by_theta = self.model.get().by_theta(y[0], y[1]);
@@ -83,7 +83,7 @@ pub(crate) fn mass(x: &[f64], _p: &[f64], _t: f64, beta: f64, y: &mut [f64]) {
     y[1] *= beta;
 }
 
-/// The row of the start.
+/// The initial row.
 pub(crate) fn row_at_rest() -> [f64; WIDTH] {
     let mut row = [0.0; WIDTH];
     row[0] = LEVEL;

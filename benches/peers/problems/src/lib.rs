@@ -1,10 +1,10 @@
-//! The problems that all peers solve, and how their programs answer.
+//! The problems for all peers, and the protocol of their programs.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`two_state`] | P1, P2, P4, P5: a level and a flow, by hand as a user of a library has to write them |
+//! | [`two_state`] | P1, P2, P4, P5: a level and a flow, hand-written as for a library |
 //! | [`mod@line`] | P3: a hydraulic line of n cells |
-//! | [`request`] | what the driver asks a program, and the answer |
+//! | [`request`] | requests of the driver, and answers |
 
 pub mod line;
 pub mod request;

@@ -5,7 +5,7 @@
 //!   q̇ᵢ₊₁ = −A/(ρ Δx) (pᵢ₊₁ − pᵢ) − K/ρ q |q| + A g
 //! ```
 //!
-//! The inlet flow rises by a fifth within half a second from t = 1 s.
+//! The inlet flow rises by 20 % within half a second from t = 1 s.
 
 const LENGTH: f64 = 3000.0;
 const BULK_MODULUS: f64 = 1.5e9;

@@ -1,33 +1,33 @@
-//! What the driver asks a program, and the answer.
+//! Requests of the driver to a program, and the answer.
 //!
 //! ```text
 //!   program CASE METHOD RTOL SPAN DATA OUTPUT
 //! ```
 //!
 //! CASE is `p1a`, `p1b`, `p2a`, `p2b`, `p3-1000` (cells), `p4`, `p4-64` (sets), `p4-threads`, `p5a`, `p5b`, `fit`,
-//! `fit6`, `rank`; METHOD one of the program's own; RTOL the relative tolerance; SPAN for how many seconds to repeat, or how
-//! often, as `10x` (Rust only); DATA the folder of recorded inputs. The program writes the values of its last run to
-//! OUTPUT, little-endian doubles row by row, and prints `least`, `median` (seconds of one run), `steps`, where it
-//! can the peak of its `memory` in bytes, and where there is something to say, what it `says`. Programs in other
-//! languages do the same.
+//! `fit6`, `rank`; METHOD a method of the program; RTOL the relative tolerance; SPAN the time for repetitions in
+//! seconds, or their number, as `10x` (Rust only); DATA the folder of recorded inputs. The program writes the values of
+//! its last run to OUTPUT, little-endian doubles row by row, and prints `least` and `median` (seconds of one run),
+//! `steps`, if possible the peak of its `memory` in bytes, and `says` with a text, if any. Programs in other languages
+//! follow the same protocol.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use std::{env, fmt, fs, io};
 
-/// Longer work than this is not repeated.
+/// Longer runs are not repeated.
 const LONG: Duration = Duration::from_secs(10);
 
-/// A program ends so where this machine cannot do what is asked.
+/// Exit code for a request that this machine cannot fulfil.
 const LEFT_OUT: u8 = 77;
 
-/// What is asked.
+/// A request.
 #[derive(Debug)]
 pub struct Request {
-    /// Which problem.
+    /// The problem.
     pub case: String,
-    /// Which of the program's methods.
+    /// The method of the program.
     pub method: String,
     /// Relative tolerance.
     pub rtol: f64,
@@ -36,12 +36,12 @@ pub struct Request {
     output: PathBuf,
 }
 
-/// How long to repeat.
+/// Number of repetitions.
 #[derive(Debug, Clone, Copy)]
 enum Repeat {
-    /// For so long, and at least three times where that is not too long.
+    /// For this time, with at least three runs unless that takes too long.
     For(Duration),
-    /// So often.
+    /// This many runs.
     Times(usize),
 }
 
@@ -62,28 +62,28 @@ impl Repeat {
     }
 }
 
-/// What a run gives.
+/// The result of a run.
 #[derive(Debug)]
 pub struct Answer {
     /// Row by row: states, then sensitivities parameter by parameter.
     pub values: Vec<f64>,
     /// Steps of the solver.
     pub steps: usize,
-    /// What a fit says of the parameters; empty where there is nothing to say.
+    /// The report of a fit on its parameters; empty if there is none.
     pub says: String,
 }
 
 impl Answer {
-    /// Values and steps, and nothing to say.
+    /// Values and steps without a report.
     pub fn new(values: Vec<f64>, steps: usize) -> Self {
         Self { values, steps, says: String::new() }
     }
 }
 
-/// Why there is no answer.
+/// The reason why there is no answer.
 pub type Failure = Box<dyn std::error::Error>;
 
-/// This machine has not the memory for what is asked.
+/// This machine lacks the memory for the request.
 #[derive(Debug)]
 struct LeftOut {
     needed: u64,
@@ -100,11 +100,11 @@ impl fmt::Display for LeftOut {
     }
 }
 
-/// Whether this machine has so many bytes of memory to spare.
+/// Checks that this machine has this many bytes of free memory.
 ///
 /// # Errors
 ///
-/// That it has not, and the program is not to be run.
+/// It has not, and the program must not run.
 pub fn check_memory(needed: u64) -> Result<(), Failure> {
     match bytes("/proc/meminfo", "MemAvailable:") {
         Some(available) if available < needed => Err(LeftOut { needed, available }.into()),
@@ -139,22 +139,22 @@ impl Request {
         })
     }
 
-    /// The case without what stands behind its hyphen.
+    /// The case without its size after the hyphen.
     pub fn problem(&self) -> &str {
         self.case.split('-').next().unwrap_or_default()
     }
 
-    /// The number behind the hyphen of the case: of cells, or of sets.
+    /// The number after the hyphen of the case: of cells, or of sets.
     pub fn size(&self) -> Option<usize> {
         self.case.split_once('-')?.1.parse().ok()
     }
 
-    /// Whether sensitivities are asked for, too: the variants b.
+    /// Whether the request includes sensitivities: the variants b.
     pub fn with_sensitivities(&self) -> bool {
         self.case.ends_with('b')
     }
 
-    /// Absolute tolerances: a hundredth of the relative one, of each state's size.
+    /// Absolute tolerances: a hundredth of the relative one times each state's size.
     pub fn atol<const N: usize>(&self, sizes: [f64; N]) -> [f64; N] {
         sizes.map(|size| 0.01 * self.rtol * size)
     }
@@ -170,13 +170,13 @@ impl Request {
         rows(&self.data.join("measured.bin"))
     }
 
-    /// What four instruments showed, with noise, at each sample of the recording: h, q, and the pressures before
-    /// and behind the pump, Pa.
+    /// Noisy readings of four instruments at each sample of the recording: h, q, and the pressures before and after the
+    /// pump, Pa.
     pub fn instruments(&self) -> io::Result<Vec<[f64; 4]>> {
         rows(&self.data.join("instruments.bin"))
     }
 
-    /// Runs `work` as long as is asked for, at least once, and writes what the last run gave.
+    /// Runs `work` as often as requested, at least once, and writes the result of the last run.
     pub fn measure<T>(
         &self,
         mut work: impl FnMut() -> Result<T, Failure>,
@@ -207,7 +207,7 @@ impl Request {
     }
 }
 
-/// Answers the request on the command line with what `solve` makes of it.
+/// Answers the request on the command line with `solve`.
 pub fn answer(solve: impl FnOnce(&Request) -> Result<(), Failure>) -> ExitCode {
     match Request::from_arguments().and_then(|request| solve(&request)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -222,12 +222,12 @@ pub fn answer(solve: impl FnOnce(&Request) -> Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Peak of the memory that this process has had in use, bytes, where the system tells.
+/// Peak memory of this process, bytes, if the system reports it.
 fn peak_memory() -> Option<u64> {
     bytes("/proc/self/status", "VmHWM:")
 }
 
-/// What a file of the system has behind a name, in kB.
+/// The number after a name in a file of the system, in kB.
 fn bytes(file: &str, name: &str) -> Option<u64> {
     let text = fs::read_to_string(file).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
@@ -235,7 +235,7 @@ fn bytes(file: &str, name: &str) -> Option<u64> {
     Some(1024 * kilobytes)
 }
 
-/// Rows of so many little-endian doubles.
+/// Rows of N little-endian doubles.
 fn rows<const N: usize>(path: &Path) -> io::Result<Vec<[f64; N]>> {
     let values = read(path)?;
     let (rows, _) = values.as_chunks::<N>();

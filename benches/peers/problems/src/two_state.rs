@@ -5,15 +5,16 @@
 //!   M q̇ = ρ g (5 − h + c0 w² − c1 w q − c2 q²) − F q²        P2: 0 = the right side
 //! ```
 //!
-//! p = (M, c0, c1, c2, F) = nominal · θ; sensitivities are to θ, so that they have the states' units.
+//! p = (M, c0, c1, c2, F) = nominal · θ; sensitivities are with respect to θ, so that they have the units of the
+//! states.
 
 /// ρ g, Pa/m.
 pub const RHO_G: f64 = 1120.0 * 9.81;
 /// A, m².
 pub const AREA: f64 = 0.1976;
-/// q_out of P1, P2 and P4, and the flow that everything starts with, m³/s.
+/// q_out of P1, P2 and P4, and the initial flow, m³/s.
 pub const FLOW: f64 = 0.032;
-/// The level that everything starts with, m.
+/// The initial level, m.
 pub const LEVEL: f64 = 40.0;
 /// Sizes of h and q: absolute tolerances are relative to them.
 pub const SIZES: [f64; 2] = [LEVEL, FLOW];
@@ -21,7 +22,7 @@ pub const SIZES: [f64; 2] = [LEVEL, FLOW];
 pub const WIDTH: usize = 12;
 /// w before and after the jump at 100 s.
 pub const SPEEDS: [f64; 2] = [0.8, 0.88];
-/// The stretches of P1, P2 and P4 and the speed in each; outputs are at whole seconds.
+/// The intervals of P1, P2 and P4 and the speed in each; outputs are at whole seconds.
 pub const STRETCHES: [(u32, u32, f64); 2] = [(0, 100, SPEEDS[0]), (100, 1000, SPEEDS[1])];
 
 /// Nominal parameters: steady at w = 0.8 with h = 40 m, q = 0.032 m³/s.
@@ -62,7 +63,7 @@ impl TwoState {
         [(q - self.q_out) / AREA, self.imbalance(h, q) / self.p[0]]
     }
 
-    /// (∂q̇/∂h, ∂q̇/∂q); ∂ḣ/∂q = 1/A is the other entry that is not zero.
+    /// (∂q̇/∂h, ∂q̇/∂q); ∂ḣ/∂q = 1/A is the only other nonzero entry.
     #[inline]
     pub fn slopes(&self, q: f64) -> [f64; 2] {
         let [m, _, c1, c2, f] = self.p;
@@ -116,18 +117,18 @@ pub fn ensemble(count: usize) -> impl Iterator<Item = [f64; 5]> {
     })
 }
 
-/// Noise of h and q in the measurements that are fitted to.
+/// Noise of h and q in the measurements for the fit.
 pub const FIT_NOISE: [f64; 2] = [0.05, 2e-4];
-/// Positions of the parameters that are fitted, M, c0 and c2, and by what factor they start off.
+/// Indices of the fitted parameters, M, c0 and c2, and factors of their initial values.
 pub const FIT_START: [(usize, f64); 3] = [(0, 1.3), (1, 0.7), (3, 1.3)];
-/// The same with F, of which data determines only a sum with c2.
+/// The same with F, where the data determine only a combination with c2.
 pub const RANK_START: [(usize, f64); 4] = [(0, 1.3), (1, 0.7), (3, 1.3), (4, 0.7)];
 
-/// F1 of `fit6`, Pa s/m³: friction that is linear, too.
+/// F1 of `fit6`, Pa s/m³: an additional linear friction.
 pub const LINEAR_FRICTION: f64 = 2e6;
-/// Noise of what `fit6` is fitted to: h, q and the pressures before and behind the pump, Pa.
+/// Noise of the measurements for `fit6`: h, q and the pressures before and after the pump, Pa.
 pub const SIX_NOISE: [f64; 4] = [0.05, 2e-4, 1e3, 1e3];
-/// Factors by which M, c0, c1, c2, F and F1 start off in `fit6`.
+/// Factors of the initial values of M, c0, c1, c2, F and F1 in `fit6`.
 pub const SIX_START: [f64; 6] = [1.3, 0.7, 1.3, 0.7, 1.3, 0.7];
 
 /// M, c0, c1, c2, F, F1.
@@ -136,12 +137,12 @@ pub fn nominal_six() -> [f64; 6] {
     [m, c0, c1, c2, f, LINEAR_FRICTION]
 }
 
-/// The one number of c2 and F that acts: what multiplies q².
+/// The identifiable combination of c2 and F: the coefficient of q².
 pub fn square_losses(p: &[f64]) -> f64 {
     RHO_G * p[3] + p[4]
 }
 
-/// Parameter sets of P4.
+/// Number of parameter sets of P4.
 pub const SETS: usize = 10_000;
 
 #[cfg(test)]
@@ -161,7 +162,7 @@ mod tests {
         let system = TwoState { w: 0.85, ..TwoState::start() };
         let (h, q) = (47.0, 0.035);
         let slope = |f: &dyn Fn(f64) -> f64| (f(1e-4) - f(-1e-4)) / 2e-4;
-        // f is a polynomial of degree 2 in all but M: central differences are exact to rounding.
+        // f is quadratic in everything except M: central differences are exact to rounding.
         let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-7 * b.abs() + 1e-12, "{a} {b}");
         let [by_h, by_q] = system.slopes(q);
         near(slope(&|d| system.rhs(h * (1.0 + d), q)[1]), by_h * h);

@@ -1,4 +1,4 @@
-//! `dgd job`: work on many wells, as pieces that any machine may do.
+//! `dgd job`: work on many wells, split into pieces that any machine can compute.
 
 mod perform;
 
@@ -37,7 +37,7 @@ impl From<JobError> for CommandError {
     }
 }
 
-/// The job with its folder as any process finds it, every piece of which has options that make sense.
+/// The job with an absolute folder, after a check of the options of every piece.
 fn loaded(path: &Path) -> Result<Job, CommandError> {
     let mut job = Job::load(path)?;
     perform::verify(&job)
@@ -54,13 +54,13 @@ fn absolute(path: &Path) -> Result<PathBuf, CommandError> {
         .map_err(|error| CommandError::Found(format!("`{}`: {error}", path.display())))
 }
 
-/// This program, and which build it is.
+/// This program and its build.
 fn this() -> Result<(Program, Identity), CommandError> {
-    let found = |error: std::io::Error| {
+    let unreadable = |error: std::io::Error| {
         CommandError::Found(format!("the program cannot read its own file: {error}"))
     };
-    let program = program().map_err(found)?;
-    let identity = Identity::of(&program.file).map_err(found)?;
+    let program = program().map_err(unreadable)?;
+    let identity = Identity::of(&program.file).map_err(unreadable)?;
     Ok((program, identity))
 }
 
@@ -129,7 +129,7 @@ fn how_to_go_on(_is_kept: bool) -> &'static str {
     "stopped by Ctrl-C; the same command goes on from here"
 }
 
-/// What is there of a job: of the build that wrote it, whoever asks.
+/// The job with its store and the build that wrote the results, which may differ from this one.
 fn known(args: &JobPlaceArgs) -> Result<(Job, Store, Identity), CommandError> {
     let job = loaded(&args.job)?;
     let store = Store::at(&args.into)?;
@@ -166,14 +166,13 @@ fn report(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError>
     finish(Shown { json, saved, printed, ..Shown::new(Ended::Done) }, console)
 }
 
-/// Computes what another process asks for.
+/// Computes pieces for another process.
 fn answer() -> Result<(), CommandError> {
     let program = program().map_err(|error| CommandError::Found(error.to_string()))?;
     work::serve(&program, perform::perform).map_err(|error| CommandError::Found(error.to_string()))
 }
 
-/// All pieces with what has become of them, a line each, for who distributes them; the first line says which build does
-/// them.
+/// All pieces with their states, one line each, for schedulers; the first line gives the build.
 fn list(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let job = loaded(&args.job)?;
     let (_, identity) = this()?;

@@ -1,4 +1,4 @@
-//! A piece of a job as the command that it is.
+//! Runs a piece of a job as its command.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -12,14 +12,14 @@ use crate::args::{Cli, Command};
 use crate::crash;
 use crate::scratch;
 
-/// Endings of files of a discovery that a result has in it: texts that somebody goes on with.
+/// Extensions of a discovery's files that a result contains: texts for further use.
 const TEXTS: [&str; 2] = [".dgd", ".diff"];
 
-/// Checks that every piece is a command line, before any is computed: what is wrong, and with which options.
+/// Checks that every piece is a valid command line before any is computed; the error gives the options.
 pub(super) fn verify(job: &Job) -> Result<(), String> {
     let mut known = BTreeSet::new();
     for piece in job.pieces() {
-        // What the options are to recordings that differ, they are to all.
+        // Validity depends on the options only, not on the recordings.
         if known.insert((piece.kind.command(), piece.options.clone())) {
             parsed(&piece)?;
         }
@@ -27,7 +27,7 @@ pub(super) fn verify(job: &Job) -> Result<(), String> {
     Ok(())
 }
 
-/// The command of a piece, or why it is none.
+/// The command of a piece, or the reason why it is invalid.
 fn parsed(piece: &Piece) -> Result<Command, String> {
     let words = std::iter::once("dgd".to_owned()).chain(piece.words()).map(OsString::from);
     let cli = Cli::try_parse_from(words).map_err(|error| {
@@ -38,7 +38,7 @@ fn parsed(piece: &Piece) -> Result<Command, String> {
     Ok(cli.command)
 }
 
-/// Computes a piece, whatever becomes of it.
+/// Computes a piece; a crash is an outcome as well.
 pub(super) fn perform(task: &Task) -> Outcome {
     let computed = crash::caught(|| computed(task));
     computed.unwrap_or_else(|crash| Outcome::failed(Class::Mistake, crash.to_string()))
@@ -51,7 +51,7 @@ fn computed(task: &Task) -> Outcome {
     }
     let remarks = Remarks::default();
     let session = Session::new(&remarks).with_seed(piece.seed).with_threads(task.threads.max(1));
-    let found = match parsed(piece) {
+    let performed = match parsed(piece) {
         Err(message) => return Outcome::failed(Class::Usage, message),
         Ok(Command::Fit(args)) => {
             let mut request = args.request(None);
@@ -69,7 +69,7 @@ fn computed(task: &Task) -> Outcome {
         }
         Ok(_) => return Outcome::failed(Class::Usage, "this is not a piece of work"),
     };
-    match found {
+    match performed {
         Ok((result, stopped, files)) => {
             Outcome::Done { result, stopped, remarks: remarks.all(), files }
         }
@@ -77,7 +77,7 @@ fn computed(task: &Task) -> Outcome {
     }
 }
 
-/// Why a result is not what it should be.
+/// Why a result is incomplete.
 fn stopped(ended: Ended) -> Option<String> {
     match ended {
         Ended::Done => None,

@@ -1,4 +1,4 @@
-//! `dgd new`: a project to begin with, from a template or from the columns of a recording.
+//! `dgd new`: starts a project from a template or from the columns of a recording.
 
 mod names;
 mod skeleton;
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &NewArgs, console: Console<'_>) -> Result<(), CommandErr
     Ok(())
 }
 
-/// The bytes of a recording, which may come in on standard input, and be compressed.
+/// The bytes of a recording, which may come from standard input and may be compressed.
 fn bytes_of(path: &Path) -> Result<Vec<u8>, CommandError> {
     let failed =
         |why: String| CommandError::Found(format!("cannot read `{}`: {why}", path.display()));
@@ -96,7 +96,7 @@ fn of_template(template: &Template) -> Files {
     Files { written, removed: Vec::new() }
 }
 
-/// Five commands to go on with; the last draws what came out on the recording that it was fitted to.
+/// Five commands to try next; the last plots the result on the recording that it was fitted to.
 fn commands(model: &str, data: &str, valid: Option<&str>) -> String {
     let file = format!("{model}.dgd");
     let valid_option = valid.map(|path| format!(" --valid {path}")).unwrap_or_default();

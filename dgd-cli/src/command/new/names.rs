@@ -1,10 +1,10 @@
-//! Names of columns as names of a model.
+//! Converts names of columns to names of a model.
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 
-/// A name as near as possible to a text, for this kind of item.
+/// The valid name closest to a text, for this kind of item.
 pub(super) fn identifier(text: &str, keyword: &str) -> String {
     let mut name = String::new();
     for c in text.trim().chars() {
@@ -24,7 +24,7 @@ pub(super) fn identifier(text: &str, keyword: &str) -> String {
     begun.iter().find(free).cloned().unwrap_or_else(|| "x".to_owned())
 }
 
-/// Whether the language takes a name.
+/// Whether a name is valid in the language.
 fn is_name(name: &str, keyword: &str) -> bool {
     let text = if keyword == "model" {
         format!("model {name}\nlet a = 1\n")
@@ -36,16 +36,16 @@ fn is_name(name: &str, keyword: &str) -> bool {
     parse(id, &sources, &mut diagnostics).is_ok()
 }
 
-/// The same names, those that come twice with a number behind.
+/// The same names, with a number after duplicates.
 pub(super) fn distinct(names: Vec<String>) -> Vec<String> {
-    let mut all: Vec<String> = Vec::with_capacity(names.len());
+    let mut distinct: Vec<String> = Vec::with_capacity(names.len());
     for name in names {
         let numbered = (2..).map(|n| format!("{name}_{n}"));
         let mut tried = std::iter::once(name.clone()).chain(numbered);
-        let free = tried.find(|name| !all.contains(name));
-        all.push(free.unwrap_or(name));
+        let free = tried.find(|name| !distinct.contains(name));
+        distinct.push(free.unwrap_or(name));
     }
-    all
+    distinct
 }
 
 #[cfg(test)]

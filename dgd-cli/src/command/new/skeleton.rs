@@ -1,11 +1,11 @@
-//! A model that runs of the columns of a recording: each output follows the inputs with a lag, until physics takes its
-//! place.
+//! A runnable model made from the columns of a recording: each output follows the inputs with a lag, until physics
+//! replaces it.
 //!
 //! ```text
 //!   τ dy/dt = y₀ + Σ kᵤ (u − u₀) − y
 //! ```
 //!
-//! y₀ and u₀ are means, kᵤ is 0, and τ a twentieth of the recording, so that the model is finite wherever it starts.
+//! y₀ and u₀ are means, kᵤ is 0, and τ is a twentieth of the recording, so that the model is finite from any start.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -21,18 +21,18 @@ use super::commands;
 use super::names::{distinct, identifier};
 use crate::failure::CommandError;
 
-/// A project, and what to say of it.
+/// A project, with remarks on it.
 pub(super) struct Skeleton {
     pub(super) files: Files,
     pub(super) remarks: Vec<String>,
 }
 
-/// How a Parquet file begins.
+/// Magic bytes of a Parquet file.
 const PARQUET: &[u8] = b"PAR1";
 
-/// A column that the model has.
+/// A column used by the model.
 struct Quantity<'a> {
-    /// As the file calls it.
+    /// The column in the file.
     column: &'a Column,
     name: String,
     unit: Unit,
@@ -42,11 +42,11 @@ struct Quantity<'a> {
     is_output: bool,
 }
 
-/// Makes a project of a recording, whose bytes are not compressed.
+/// Makes a project from a recording, whose bytes must be uncompressed.
 ///
 /// # Errors
 ///
-/// The recording cannot be read, has no time, or not the outputs that are asked for.
+/// The recording cannot be read, has no time, or lacks the requested outputs.
 pub(super) fn of(
     model: &str,
     path: &Path,
@@ -96,7 +96,7 @@ fn copied(table: &Table, sources: &Sources, quantities: &[Quantity<'_>], bytes: 
     [&bytes[..start], header.as_bytes(), &bytes[end..]].concat()
 }
 
-/// The columns that the model has as CSV, in the units of the file.
+/// The columns of the model as CSV, in the units of the file.
 fn written(table: &Table, times: &[f64], quantities: &[Quantity<'_>]) -> Vec<u8> {
     let unit = |one: &Quantity<'_>| dgd_runtime::Unit {
         symbol: one.unit.symbol.clone().into(),
@@ -110,7 +110,7 @@ fn written(table: &Table, times: &[f64], quantities: &[Quantity<'_>]) -> Vec<u8>
         .map(|(one, unit)| Written::new(&one.name, unit, &one.column.values))
         .collect();
     let mut text = Vec::new();
-    // Writing to memory does not fail.
+    // Writing to memory cannot fail.
     let _ = write_table_at(&mut text, times, table.epoch, &columns);
     text
 }
@@ -119,7 +119,7 @@ fn is_usable(column: &Column) -> bool {
     column.fault.is_none() && column.values.iter().any(|value| value.is_finite())
 }
 
-/// Which columns are inputs and which outputs.
+/// Classifies columns as inputs or outputs.
 fn quantities<'a>(table: &'a Table, outputs: &[String]) -> Result<Vec<Quantity<'a>>, CommandError> {
     let columns: Vec<&Column> = table.columns.iter().filter(|column| is_usable(column)).collect();
     if let Some(unknown) = outputs.iter().find(|name| !columns.iter().any(|c| c.name == **name)) {
@@ -131,7 +131,7 @@ fn quantities<'a>(table: &'a Table, outputs: &[String]) -> Result<Vec<Quantity<'
         )));
     }
     let names = distinct(columns.iter().map(|column| identifier(&column.name, "input")).collect());
-    let mut all: Vec<Quantity<'_>> = columns
+    let mut quantities: Vec<Quantity<'_>> = columns
         .into_iter()
         .zip(names)
         .map(|(column, name)| Quantity {
@@ -144,26 +144,26 @@ fn quantities<'a>(table: &'a Table, outputs: &[String]) -> Result<Vec<Quantity<'
         })
         .collect();
     if outputs.is_empty() {
-        for one in &mut all {
-            // What is missing here and there was measured.
+        for one in &mut quantities {
+            // Columns with missing values are measurements.
             one.is_output = !one.is_held || one.column.missing.is_some();
         }
-        // A recording of one kind of columns: the last is what the others lead to.
-        let n_outputs = all.iter().filter(|one| one.is_output).count();
-        if n_outputs == 0 || n_outputs == all.len() && all.len() > 1 {
-            let last = all.len().saturating_sub(1);
-            for (k, one) in all.iter_mut().enumerate() {
+        // If all columns are of one kind, the last one is taken as the output.
+        let n_outputs = quantities.iter().filter(|one| one.is_output).count();
+        if n_outputs == 0 || n_outputs == quantities.len() && quantities.len() > 1 {
+            let last = quantities.len().saturating_sub(1);
+            for (k, one) in quantities.iter_mut().enumerate() {
                 one.is_output = k == last || one.column.missing.is_some();
             }
         }
     }
-    if all.is_empty() {
+    if quantities.is_empty() {
         return Err(CommandError::Found("the file has no column of numbers".to_owned()));
     }
-    Ok(all)
+    Ok(quantities)
 }
 
-/// What was taken for what.
+/// The classification, as a remark.
 fn told(quantities: &[Quantity<'_>]) -> String {
     let named = |is_output: bool| {
         let of_kind = quantities.iter().filter(|one| one.is_output == is_output);
@@ -175,12 +175,12 @@ fn told(quantities: &[Quantity<'_>]) -> String {
 
 /// The header line, with names of the model.
 fn header(table: &Table, sources: &Sources, quantities: &[Quantity<'_>]) -> String {
-    let own = sources.text(table.header);
+    let line = sources.text(table.header);
     let first = table
         .columns
         .first()
-        .map_or(own.len(), |column| (column.place.start - table.header.start) as usize);
-    let time = own[..first].trim_end_matches(['"', ',', ' ']);
+        .map_or(line.len(), |column| (column.place.start - table.header.start) as usize);
+    let time = line[..first].trim_end_matches(['"', ',', ' ']);
     let time = match (time.find('['), &table.epoch) {
         (Some(unit), _) => format!("time {}", time[unit..].trim_end()),
         (None, Some(_)) => "time".to_owned(),
@@ -202,7 +202,7 @@ fn text(model: &str, path: &Path, quantities: &[Quantity<'_>], duration: f64) ->
     let inputs: Vec<&Quantity<'_>> = quantities.iter().filter(|one| !one.is_output).collect();
     let outputs: Vec<&Quantity<'_>> = quantities.iter().filter(|one| one.is_output).collect();
     let mut text = format!("/// A first model of {}.\nmodel {model}\n\n", path.display());
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     for one in &inputs {
         let kind = if one.is_held { "hold" } else { "linear" };
         let _ = writeln!(text, "input {} [{}] {kind}{}", one.name, one.unit.symbol, remark(one));
@@ -250,7 +250,7 @@ fn remark(one: &Quantity<'_>) -> &'static str {
     if one.is_plain { "    # the file has no unit: put it between the brackets" } else { "" }
 }
 
-/// Declares what the lag of an output needs.
+/// Declares the parameters of an output's lag.
 fn declare_lag(text: &mut String, one: &Quantity<'_>, inputs: &[&Quantity<'_>], duration: f64) {
     let (y, unit) = (&one.name, &one.unit.symbol);
     let mean = mean(&one.column.values);
@@ -284,7 +284,7 @@ fn gain_unit(output: &Unit, input: &Unit) -> String {
         "1" => above,
         _ => format!("{}/{}", within(above), within(below)),
     };
-    // A unit that the grammar of quotients does not take is spelt in SI.
+    // A unit that cannot be written as a quotient is written in SI.
     if parse_unit(&quotient).is_ok() {
         return quotient;
     }
@@ -292,7 +292,7 @@ fn gain_unit(output: &Unit, input: &Unit) -> String {
     dimension.map_or_else(|| "1".to_owned(), describe)
 }
 
-/// One effect to show what they look like.
+/// An example effect.
 fn effect(model: &str, output: &Quantity<'_>) -> (String, String) {
     let y = &output.name;
     let unit = gain_unit(&output.unit, &Unit::one());
@@ -325,7 +325,7 @@ fn finite(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
     values.iter().copied().filter(|value| value.is_finite())
 }
 
-/// The mean, to the digits of the spread.
+/// The mean, with digits according to the spread.
 fn mean(values: &[f64]) -> f64 {
     let n = finite(values).count().max(1) as f64;
     let mean = finite(values).sum::<f64>() / n;
@@ -333,7 +333,7 @@ fn mean(values: &[f64]) -> f64 {
     rounded(if digit.is_normal() { (mean / digit).round() * digit } else { mean }, 6)
 }
 
-/// Largest less least, or where that is nothing the size of a value, or 1.
+/// Range of the values; if it is zero, the size of a value, or 1.
 fn spread(values: &[f64]) -> f64 {
     let (low, high) = finite(values)
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -341,8 +341,8 @@ fn spread(values: &[f64]) -> f64 {
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }
 
-/// The noise of a sensor by its second differences, whose variance is six times as large as that of white noise;
-/// a thousandth of the spread where they show none.
+/// The noise of a sensor from second differences, whose variance is six times that of white noise; a thousandth of the
+/// spread if they vanish.
 fn noise(values: &[f64]) -> f64 {
     let second = |w: &[f64]| w[0] - 2.0 * w[1] + w[2];
     let squares: Vec<f64> =

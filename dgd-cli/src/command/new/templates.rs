@@ -1,28 +1,28 @@
-//! Projects to begin with: a model, two recordings and a library of effects, one of which is hidden in the recordings.
+//! Project templates: a model, two recordings and a library of effects, one of which is hidden in the recordings.
 //!
-//! The recordings are made by simulators in plain Rust that share no code with the product: those of
-//! `examples/discovery_bank`, and `examples/hidden_effects.rs` for drilling. `truth.json` says what is hidden.
+//! The recordings come from simulators in plain Rust that share no code with the product: those of
+//! `examples/discovery_bank`, and `examples/hidden_effects.rs` for drilling. `truth.json` names the hidden effect.
 
-/// A project to begin with.
+/// A project template.
 #[derive(Debug)]
 pub(super) struct Template {
-    /// As it is asked for.
+    /// Its name on the command line.
     pub(super) name: &'static str,
-    /// A sentence on the plant.
+    /// A sentence about the plant.
     pub(super) about: &'static str,
     /// Name of the model, and of its file without `.dgd`.
     pub(super) model: &'static str,
     /// The model's text.
     pub(super) text: &'static str,
-    /// Paths below `effects` without `.dgd`, and texts.
+    /// Paths below `effects` without `.dgd`, with the texts.
     pub(super) effects: &'static [(&'static str, &'static str)],
-    /// The recordings to search in and for validation, CSV.
+    /// The training and validation recordings, CSV.
     pub(super) recordings: [&'static [u8]; 2],
-    /// What is hidden, for programs.
+    /// The hidden effect, for programs.
     pub(super) truth: &'static str,
 }
 
-/// A file of this repository, from its root.
+/// A file of this repository, by its path from the root.
 macro_rules! file {
     ($($path:expr),*) => {
         concat!("../../../../", $($path),*)
@@ -44,7 +44,7 @@ macro_rules! template {
     };
 }
 
-/// All of them.
+/// All templates.
 pub(super) static TEMPLATES: &[Template] = &[
     template!(
         "motor",
@@ -277,9 +277,9 @@ mod tests {
             "models",
         ]) {
             let folder = root.join(folder).join("effects");
-            let mut found = Vec::new();
-            effects_below(&folder, &mut found);
-            let there: BTreeSet<PathBuf> = found.into_iter().collect();
+            let mut files = Vec::new();
+            effects_below(&folder, &mut files);
+            let there: BTreeSet<PathBuf> = files.into_iter().collect();
             let listed: BTreeSet<PathBuf> = template
                 .effects
                 .iter()

@@ -1,4 +1,4 @@
-//! Skeletons of recordings check, whatever their columns are called and measured in.
+//! Skeletons of recordings compile, whatever their columns are called and measured in.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use dgd_compiler::source::{Source, Sources};
 
 use super::skeleton;
 
-/// The model that is made of a recording, which has to compile, the recording in the project, and the remarks.
+/// The model made from a recording, which has to compile, the recording in the project, and the remarks.
 fn made(csv: &str, outputs: &[&str]) -> (String, String, Vec<String>) {
     let outputs: Vec<String> = outputs.iter().map(|name| (*name).to_owned()).collect();
     let skeleton = skeleton::of("plant", Path::new("run.csv"), csv.as_bytes(), &outputs)

@@ -1,4 +1,4 @@
-//! `dgd check`: syntax, names, units and structure, in every variant.
+//! `dgd check`: checks syntax, names, units and structure, in every variant.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::console::Console;
 use crate::failure::CommandError;
 use crate::tail::{Printed, Saved, Shown, finish};
 
-/// How often what comes out is checked again: fixes may uncover one another, but not without end.
+/// Most repetitions of the check: fixes may uncover further mistakes, but not without end.
 const ROUNDS: usize = 100;
 
 pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
     let summary = checked.summary();
     let json = checked.to_json();
     let shown = Shown::new(Ended::Done);
-    // A sentence without a result, on standard error.
+    // Without a result, the summary goes to standard error.
     let is_remark = matches!(checked, Checked::Effect { .. })
         || console.out().is_none() && !console.writes_json();
     let shown = if is_remark {
@@ -43,23 +43,23 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
     finish(shown, console)
 }
 
-/// Writes what can be meant only one way, each file whole or not at all; how many fixes that were.
+/// Applies the safe fixes, each file atomically; returns their number.
 fn write_fixes(error: &CommandError, console: Console<'_>) -> Result<usize, CommandError> {
     let CommandError::Diagnosed { diagnostics, sources } = error else { return Ok(0) };
     let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_ref());
     let fixes: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
-    let mut all = 0;
+    let mut fixed = 0;
     for (k, source) in sources.iter().enumerate() {
         let path = Path::new(&source.name);
         let (text, n) = written(&source.text, SourceId(k as u32), &fixes);
-        // `--set` names parameters, not a file.
+        // A source such as `--set` is not a file.
         if n == 0 || !path.is_file() {
             continue;
         }
         write_whole(path, |out| out.write_all(text.as_bytes()))?;
         let lines = if n == 1 { "1 mistake".to_owned() } else { format!("{n} mistakes") };
         console.remark(&format!("{}: mended {lines}", path.display()));
-        all += n;
+        fixed += n;
     }
-    Ok(all)
+    Ok(fixed)
 }

@@ -1,4 +1,4 @@
-//! `dgd emit`: any stage of the compiler, readable.
+//! `dgd emit`: any stage of the compiler in readable form.
 
 use dgd_compiler::codegen;
 use dgd_compiler::dae::text as dae_text;
@@ -19,7 +19,7 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
     let text = match args.stage {
         Stage::Ast => match &loaded.changed {
             Some(changed) => changed.text(&loaded.sources),
-            // What it imports has files of its own, and the text reads back beside them.
+            // Imports stay in their own files, and the printed text can be read back beside them.
             None => print::print(&compiled.asts[0]),
         },
         Stage::Model => model_text::write(&compiled.model),

@@ -1,4 +1,4 @@
-//! `dgd explain`: a diagnostic at length.
+//! `dgd explain`: explains a diagnostic at length.
 
 use dgd_compiler::diagnostics::Code;
 use dgd_compiler::diagnostics::codes::CODES;

@@ -17,7 +17,7 @@ pub(crate) fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandErr
     if let Some(out) = console.out() {
         return lay_out_into(out, args, console);
     }
-    // Every file is read and laid out before the first is written.
+    // All files are read and formatted before the first is written.
     let mut changed = Vec::new();
     let mut sources = Sources::default();
     let mut diagnostics = Diagnostics::default();
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandErr
     Ok(())
 }
 
-/// Lays one model out into another file.
+/// Formats one model into another file.
 fn lay_out_into(out: &Path, args: &FmtArgs, console: Console<'_>) -> Result<(), CommandError> {
     let [path] = args.models.as_slice() else {
         return Err(CommandError::Usage("`-o` is for one model".to_owned()));

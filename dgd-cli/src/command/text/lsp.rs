@@ -1,4 +1,4 @@
-//! `dgd lsp`: an editor asks, on standard input.
+//! `dgd lsp`: the language server, on standard input and output.
 
 use crate::failure::CommandError;
 

@@ -11,13 +11,13 @@ use crate::failure::CommandError;
 
 pub(crate) fn run(console: Console<'_>) -> Result<(), CommandError> {
     if console.writes_json() {
-        let all: Vec<Value> = METHODS
+        let methods: Vec<Value> = METHODS
             .iter()
             .map(|m| {
                 json!({ "name": m.name, "order": m.order, "about": m.description, "source": m.source })
             })
             .collect();
-        return console.json(&json!({ "methods": all }));
+        return console.json(&json!({ "methods": methods }));
     }
     let mut text = String::new();
     for method in METHODS {

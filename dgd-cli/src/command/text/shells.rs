@@ -1,4 +1,4 @@
-//! `dgd completions` and `dgd man`: what shells and `man` know of the command line, made of the same declarations.
+//! `dgd completions` and `dgd man`: shell completions and man pages, generated from the command-line definitions.
 
 use std::fs;
 use std::io;
@@ -38,7 +38,7 @@ pub(crate) fn man(args: &ManArgs, console: Console<'_>) -> Result<(), CommandErr
 fn pages() -> io::Result<Vec<(String, Vec<u8>)>> {
     let mut command = Cli::command();
     command.build();
-    let own = ("dgd".to_owned(), command.clone());
+    let main = ("dgd".to_owned(), command.clone());
     let visible = command.get_subcommands().filter(|one| !one.is_hide_set());
     let others = visible.map(|one| (format!("dgd-{}", one.get_name()), one.clone()));
     let page = |(name, command): (String, clap::Command)| {
@@ -46,7 +46,7 @@ fn pages() -> io::Result<Vec<(String, Vec<u8>)>> {
         Man::new(command).title(name.to_uppercase()).render(&mut page)?;
         Ok((format!("{name}.1"), page))
     };
-    std::iter::once(own).chain(others).map(page).collect()
+    std::iter::once(main).chain(others).map(page).collect()
 }
 
 #[cfg(test)]
@@ -62,9 +62,9 @@ mod tests {
             let help = one.render_long_help().to_string();
             let screen: Vec<&str> = help.lines().take(24).collect();
             let example = |line: &&str| {
-                let said = line.contains(&format!("`dgd {name}"))
+                let is_named = line.contains(&format!("`dgd {name}"))
                     || line.contains(&format!("| dgd {name}"));
-                said || name == "lsp" && line.contains("\"lsp\"")
+                is_named || name == "lsp" && line.contains("\"lsp\"")
             };
             assert!(screen.iter().any(example), "{name}:\n{}", screen.join("\n"));
         }

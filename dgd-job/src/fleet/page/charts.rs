@@ -1,4 +1,4 @@
-//! Figures over all wells: each parameter over wells and over time, and how far wells are from the others.
+//! Figures over all wells: each parameter over wells and over time, and distances between wells.
 
 use dgd_page::{Link, Markup, Page};
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
@@ -8,10 +8,10 @@ use super::super::reading::Estimate;
 use super::super::{Fleet, WellFound};
 use super::time::Axis;
 
-/// Wells that a figure over time shows one by one, those to look at first.
+/// Wells drawn individually in a figure over time, the most urgent.
 const SHOWN: usize = 5;
 
-/// Stretches of time that wells are counted together in.
+/// Number of intervals for quantiles over time.
 const STRETCHES: usize = 24;
 
 /// `c0, m`.
@@ -19,7 +19,7 @@ pub(super) fn title(fleet: &Fleet, parameter: usize) -> Text {
     Text::name(&fleet.parameters[parameter].0)
 }
 
-/// The unit as it stands at an axis.
+/// The unit for an axis.
 pub(super) fn unit(fleet: &Fleet, parameter: usize) -> Text {
     Text::unit(&fleet.parameters[parameter].1)
 }
@@ -33,16 +33,16 @@ fn latest<'a>(well: &'a WellFound, name: &str) -> Option<&'a Estimate> {
 pub(super) fn over_wells(page: &mut Page, fleet: &Fleet) -> Markup {
     let panel = |parameter: usize| {
         let name = &fleet.parameters[parameter].0;
-        let mut all: Vec<&Estimate> =
+        let mut estimates: Vec<&Estimate> =
             fleet.wells.iter().filter_map(|well| latest(well, name)).collect();
-        all.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let x: Vec<f64> = (1..=all.len()).map(|k| k as f64).collect();
-        let y = all.iter().map(|estimate| estimate.value).collect();
+        estimates.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let x: Vec<f64> = (1..=estimates.len()).map(|k| k as f64).collect();
+        let y = estimates.iter().map(|estimate| estimate.value).collect();
         let end = |high: bool| {
             let end = |one: &&Estimate| {
                 one.band.map_or(f64::NAN, |band| if high { band.1 } else { band.0 })
             };
-            all.iter().map(end).collect()
+            estimates.iter().map(end).collect()
         };
         let band = Envelope {
             name: Text::plain("95 %"),
@@ -64,7 +64,7 @@ pub(super) fn over_wells(page: &mut Page, fleet: &Fleet) -> Markup {
     page.chart(&figure, Link::Alone, &Markup::default())
 }
 
-/// Where half and nine tenths of the wells are over time, and those to look at first one by one.
+/// The 50 % and 90 % bands of the wells over time, and the most urgent wells individually.
 pub(super) fn over_time(page: &mut Page, fleet: &Fleet, axis: &Axis) -> Markup {
     if fleet.wells.iter().all(|well| well.occasions.len() < 2) {
         return Markup::default();
@@ -127,29 +127,29 @@ pub(super) fn of_well<'a>(
     well.occasions.iter().filter_map(one)
 }
 
-/// Times, and the quantiles 5, 25, 50, 75 and 95 % of what lies in each stretch of time.
+/// Times, and the quantiles 5, 25, 50, 75 and 95 % of the points in each interval.
 fn stretches(mut points: Vec<(f64, f64)>) -> [Vec<f64>; 6] {
-    let mut all: [Vec<f64>; 6] = Default::default();
+    let mut columns: [Vec<f64>; 6] = Default::default();
     points.retain(|(t, y)| t.is_finite() && y.is_finite());
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (Some(first), Some(last)) = (points.first(), points.last()) else { return all };
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return columns };
     let width = (last.0 - first.0) / STRETCHES as f64;
     let place = |t: f64| if width > 0.0 { ((t - first.0) / width) as usize } else { 0 };
     for stretch in
         points.chunk_by(|a, b| place(a.0).min(STRETCHES - 1) == place(b.0).min(STRETCHES - 1))
     {
         let times = stretch.iter().map(|(t, _)| t).sum::<f64>();
-        all[0].push(times / stretch.len() as f64);
+        columns[0].push(times / stretch.len() as f64);
         let mut values: Vec<f64> = stretch.iter().map(|(_, y)| *y).collect();
         values.sort_by(f64::total_cmp);
-        for (column, share) in all[1..].iter_mut().zip([0.05, 0.25, 0.5, 0.75, 0.95]) {
+        for (column, share) in columns[1..].iter_mut().zip([0.05, 0.25, 0.5, 0.75, 0.95]) {
             column.push(quantile(&values, share));
         }
     }
-    all
+    columns
 }
 
-/// Between sorted values, linearly.
+/// A quantile of sorted values, interpolated linearly.
 fn quantile(values: &[f64], share: f64) -> f64 {
     let place = share * (values.len() - 1) as f64;
     let (below, above) = (values[place.floor() as usize], values[place.ceil() as usize]);
@@ -164,14 +164,14 @@ pub(super) fn distances(page: &mut Page, fleet: &Fleet) -> Markup {
     if known.is_empty() {
         return Markup::default();
     }
-    let of = |unlike: bool| -> (Vec<f64>, Vec<f64>) {
+    let points = |unlike: bool| -> (Vec<f64>, Vec<f64>) {
         known.iter().filter(|one| one.2 == unlike).map(|one| (one.0, one.1)).unzip()
     };
     let mut series = Vec::new();
     for (name, style, is_unlike) in
         [("like the others", Style::Dots, false), ("unlike", Style::Marks, true)]
     {
-        let (x, y) = of(is_unlike);
+        let (x, y) = points(is_unlike);
         if !x.is_empty() {
             series.push(Series::new(Text::plain(name), style, x, y));
         }
@@ -195,13 +195,13 @@ mod tests {
     #[test]
     fn stretches_of_time_have_their_quantiles() {
         let points = (0..=100).map(|k| (0.0, f64::from(k))).chain([(10.0, 7.0), (f64::NAN, 1.0)]);
-        let all = stretches(points.collect());
-        assert_eq!(all[0], [0.0, 10.0]);
+        let columns = stretches(points.collect());
+        assert_eq!(columns[0], [0.0, 10.0]);
         assert_eq!(
-            [all[1][0], all[2][0], all[3][0], all[4][0], all[5][0]],
+            [columns[1][0], columns[2][0], columns[3][0], columns[4][0], columns[5][0]],
             [5.0, 25.0, 50.0, 75.0, 95.0]
         );
-        assert_eq!((all[1][1], all[5][1]), (7.0, 7.0));
+        assert_eq!((columns[1][1], columns[5][1]), (7.0, 7.0));
         assert!(stretches(Vec::new()).iter().all(Vec::is_empty));
     }
 }

@@ -1,4 +1,5 @@
-//! Pages over all wells: one with what to look at first and how parameters lie, and others with a hundred wells each.
+//! Pages over all wells: a first page with the most urgent wells and the distributions of parameters, and pages with a
+//! hundred wells each.
 
 mod charts;
 mod time;
@@ -9,16 +10,16 @@ use dgd_page::{Cell, Markup, Origin, Page, Table, Tone};
 use super::table::{comparison, headline, missing, progress};
 use super::{FILES, Fleet};
 
-/// Wells on a page: as many as a figure can tell apart.
+/// Wells on a page: as many as a figure can show legibly.
 const EACH: usize = 100;
 
-/// Reasons that the first page lists; the pages of the wells have all.
+/// Reasons listed on the first page; the pages of the wells have all.
 const MOST_LISTED: usize = 100;
 
-/// So many wells are named that lack something.
+/// Wells listed by name for a missing term.
 const MOST_NAMED: usize = 12;
 
-/// How many pages of wells there are.
+/// Number of pages of wells.
 pub(super) fn count(fleet: &Fleet) -> usize {
     fleet.wells.len().div_ceil(EACH)
 }
@@ -41,12 +42,12 @@ pub(super) fn all(fleet: &Fleet, command: &str) -> Vec<(String, Vec<u8>)> {
 }
 
 fn origin(fleet: &Fleet, command: &str) -> Origin {
-    let of = |(model, wells): &(String, usize)| (model.clone(), format!("{wells} wells"));
+    let row = |(model, wells): &(String, usize)| (model.clone(), format!("{wells} wells"));
     Origin {
         command: command.to_owned(),
         version: format!("{} ({})", fleet.identity.version, fleet.identity.build),
         seed: fleet.seed,
-        models: fleet.models.iter().map(of).collect(),
+        models: fleet.models.iter().map(row).collect(),
         data: Vec::new(),
     }
 }
@@ -125,7 +126,7 @@ fn missing_table(fleet: &Fleet) -> Markup {
     table.to_markup()
 }
 
-/// An effect is a name; what is unknown somewhere is words.
+/// Quotes the name of an effect, but not the description of an unknown term.
 fn said(name: &str) -> String {
     if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }
 }
@@ -139,18 +140,18 @@ mod tests {
     use super::*;
     use crate::identity::Identity;
 
-    /// Bytes of the largest page of so many wells that a browser opens at once.
+    /// Bytes of the largest page of wells that a browser opens at once.
     const MOST_BYTES: usize = 4_000_000;
 
-    /// Wells at two occasions with two parameters, none like another and all of a kind, but for one.
+    /// Wells at two occasions with two parameters, all different but similar, except one outlier.
     fn fleet(n: usize, odd: usize) -> Fleet {
         let parameters = [("tau", "s"), ("gain", "K/W")].map(|(a, b)| (a.to_owned(), b.to_owned()));
         let estimate = |value: f64, std: f64, unit: &str| {
             let band = Some((value - 2.0 * std, value + 2.0 * std));
             Estimate { value, std: Some(std), band, by: By::Std, unit: unit.to_owned() }
         };
-        let found = |w: usize, when: &str, later: f64| {
-            // Two sequences that fill the unit square evenly.
+        let findings = |w: usize, when: &str, later: f64| {
+            // Two low-discrepancy sequences.
             let [a, b] = [0.754_877_666, 0.569_840_291].map(|step| (step * w as f64).fract());
             let gain = if w == odd { 9.0 } else { 0.5 + 0.1 * b };
             let estimates = vec![
@@ -162,7 +163,7 @@ mod tests {
         };
         let well = |w: usize| WellFound {
             name: format!("W-{w}"),
-            occasions: vec![found(w, "2024-03", 0.0), found(w, "2025-03", 0.1)],
+            occasions: vec![findings(w, "2024-03", 0.0), findings(w, "2025-03", 0.1)],
             lacks: Vec::new(),
             changes: Vec::new(),
         };
@@ -199,12 +200,12 @@ mod tests {
         let mut known = BTreeSet::new();
         for k in numbers {
             let page = text(&name(k));
-            let own = (k - 1) * EACH..k * EACH;
-            // A well stands in the figure, in the table and in the rows of its page, and on no other.
+            let on_page = (k - 1) * EACH..k * EACH;
+            // A well appears in the figure, the table and the rows of its page, and on no other page.
             let is_there = |w: usize| page.contains(&format!(">W-{w}<"));
-            assert!(own.clone().all(is_there), "page {k}");
-            assert!(!is_there(own.start.wrapping_sub(1)) && !is_there(own.end), "page {k}");
-            known.extend(own);
+            assert!(on_page.clone().all(is_there), "page {k}");
+            assert!(!is_there(on_page.start.wrapping_sub(1)) && !is_there(on_page.end), "page {k}");
+            known.extend(on_page);
         }
         assert_eq!(known.len(), n);
         for (name, text) in files.iter().filter(|file| !FILES[1..].contains(&file.0.as_str())) {

@@ -1,33 +1,33 @@
-//! Where occasions lie on an axis of time.
+//! Positions of occasions on a time axis.
 
 use std::collections::BTreeMap;
 
 use super::super::Fleet;
 
-/// An axis of time: years where all occasions are dates or numbers, or else their order.
+/// A time axis: years if all occasions are dates or numbers, and otherwise their order.
 pub(super) enum Axis {
-    /// Years, or whatever the job file counts in.
+    /// Years, or the numbers of the job file.
     Numbers,
-    /// The place of an occasion's name, in the order in which they are met.
+    /// The index of an occasion's name, in order of appearance.
     Order(BTreeMap<String, usize>),
 }
 
 impl Axis {
-    /// For all occasions of a fleet.
+    /// The axis for all occasions of a fleet.
     pub(super) fn of(fleet: &Fleet) -> Axis {
-        let all = || fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| &found.when);
-        if all().all(|when| number(when).is_some()) {
+        let dates = || fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| &found.when);
+        if dates().all(|when| number(when).is_some()) {
             return Axis::Numbers;
         }
         let mut places = BTreeMap::new();
-        for when in all() {
+        for when in dates() {
             let next = places.len();
             places.entry(when.clone()).or_insert(next);
         }
         Axis::Order(places)
     }
 
-    /// The place of an occasion.
+    /// The position of an occasion.
     pub(super) fn at(&self, when: &str) -> f64 {
         match self {
             Axis::Numbers => number(when).unwrap_or(f64::NAN),
@@ -35,7 +35,7 @@ impl Axis {
         }
     }
 
-    /// What stands at it.
+    /// The axis label.
     pub(super) fn label(&self) -> &'static str {
         match self {
             Axis::Numbers => "When",
@@ -79,8 +79,8 @@ mod tests {
     #[test]
     fn dates_are_years() {
         let near = |text: &str, year: f64| {
-            let found = number(text).expect(text);
-            assert!((found - year).abs() < 1e-9, "{text}: {found}");
+            let parsed = number(text).expect(text);
+            assert!((parsed - year).abs() < 1e-9, "{text}: {parsed}");
         };
         near("2024", 2024.0);
         near("2023-07-02", 2023.0 + 182.0 / 365.0);

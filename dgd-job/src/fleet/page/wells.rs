@@ -1,4 +1,4 @@
-//! A page of a hundred wells: what each lacks, its parameters over time with bands, and a row for each occasion.
+//! A page of a hundred wells: missing terms of each, parameters over time with bands, and a row for each occasion.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use super::charts::{of_well, title, unit};
 use super::time::Axis;
 use super::{count, name, said};
 
-/// How much of its place on the axis a well takes, so that neighbours are apart.
+/// Share of its slot on the axis that a well takes, so that neighbours stay separate.
 const TAKEN: f64 = 0.7;
 
 pub(super) fn page(
@@ -39,7 +39,7 @@ pub(super) fn page(
     page.finish(origin)
 }
 
-/// To the pages beside it, and to the first.
+/// Links to the adjacent pages, and to the first.
 fn links(fleet: &Fleet, number: usize) -> Markup {
     let mut links = Markup::text("All wells").linked(FILES[0]);
     let sides = [
@@ -54,7 +54,7 @@ fn links(fleet: &Fleet, number: usize) -> Markup {
     links.paragraph()
 }
 
-/// A row for each well: what it lacks since when, how far it is from the others, and why to look at it.
+/// A row for each well: its missing terms since when, its distance from the others, and the reasons to look at it.
 fn summary(fleet: &Fleet, wells: Range<usize>) -> Markup {
     let mut table =
         Table::new("Wells", &["", "well", "lacks", "since", "distance", "why to look at it"]);
@@ -86,13 +86,13 @@ fn summary(fleet: &Fleet, wells: Range<usize>) -> Markup {
     table.to_markup()
 }
 
-/// A panel for each parameter, with a place on the axis for each well.
+/// A panel for each parameter, with a slot on the axis for each well.
 fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
     let times =
         || fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| axis.at(&found.when));
     let first = times().fold(f64::INFINITY, f64::min);
     let span = times().fold(f64::NEG_INFINITY, f64::max) - first;
-    let at = |w: usize, t: f64| {
+    let position = |w: usize, t: f64| {
         let within = if span > 0.0 { (t - first) / span - 0.5 } else { 0.0 };
         w as f64 + 1.0 + TAKEN * within
     };
@@ -102,7 +102,7 @@ fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for w in wells.clone() {
             for (t, estimate) in of_well(&fleet.wells[w], name, axis) {
-                let place = at(w, t);
+                let place = position(w, t);
                 x.push(place);
                 y.push(estimate.value);
                 let (low, high) = estimate.band.unwrap_or((f64::NAN, f64::NAN));
@@ -112,7 +112,7 @@ fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
         }
         let ends = vec![wells.start as f64 + 0.5, wells.end as f64 + 0.5];
         let (low, high) = bulk(fleet, name);
-        let all =
+        let envelope =
             Envelope { x: ends, low: vec![low; 2], high: vec![high; 2], ..Envelope::default() };
         Panel {
             title: title(fleet, parameter),
@@ -121,7 +121,7 @@ fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
                 Series::new(Text::plain("estimates"), Style::Dots, x, y),
                 Series::new(Text::plain("95 %"), Style::ThinLine, bars_x, bars_y),
             ],
-            envelopes: vec![all],
+            envelopes: vec![envelope],
             ..Panel::default()
         }
     };
@@ -133,13 +133,13 @@ fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
     figure
 }
 
-/// Where nine tenths of all last estimates are.
+/// The 90 % range of all last estimates.
 fn bulk(fleet: &Fleet, name: &str) -> (f64, f64) {
     let value = |well: &WellFound| well.latest()?.estimate(name).map(|estimate| estimate.value);
     let mut values: Vec<f64> = fleet.wells.iter().filter_map(value).collect();
     values.sort_by(f64::total_cmp);
-    let at = |share: f64| values.get((share * values.len() as f64) as usize).copied();
-    (at(0.05).unwrap_or(f64::NAN), at(0.95).unwrap_or(f64::NAN))
+    let quantile = |share: f64| values.get((share * values.len() as f64) as usize).copied();
+    (quantile(0.05).unwrap_or(f64::NAN), quantile(0.95).unwrap_or(f64::NAN))
 }
 
 /// A row for each occasion of each well.
@@ -169,27 +169,27 @@ fn occasions(fleet: &Fleet, wells: Range<usize>) -> Markup {
     table.to_markup()
 }
 
-/// What is to be said of a fit.
+/// Remarks on a fit.
 fn fit(found: &Found) -> String {
-    let mut said = Vec::new();
+    let mut remarks = Vec::new();
     match &found.fit {
         None => {}
-        Some(Ok(())) => said.push("converged".to_owned()),
-        Some(Err(why)) => said.push(format!("not converged: {why}")),
+        Some(Ok(())) => remarks.push("converged".to_owned()),
+        Some(Err(why)) => remarks.push(format!("not converged: {why}")),
     }
     if let Some((led, of)) = found.starts {
-        said.push(format!("{led} of {of} starting points led there"));
+        remarks.push(format!("{led} of {of} starting points led there"));
     }
-    said.extend(found.failures.iter().map(|(what, why)| format!("{what} failed: {why}")));
+    remarks.extend(found.failures.iter().map(|(what, why)| format!("{what} failed: {why}")));
     match found.open {
         0 => {}
-        1 => said.push("1 piece has no result yet".to_owned()),
-        n => said.push(format!("{n} pieces have no result yet")),
+        1 => remarks.push("1 piece has no result yet".to_owned()),
+        n => remarks.push(format!("{n} pieces have no result yet")),
     }
-    if said.is_empty() { "–".to_owned() } else { said.join("; ") }
+    if remarks.is_empty() { "–".to_owned() } else { remarks.join("; ") }
 }
 
-/// An estimate with its deviation, or with its band where that is not made of it.
+/// An estimate with its deviation, or with its confidence interval if that comes from another method.
 fn number(estimate: Option<&Estimate>) -> Cell {
     let Some(estimate) = estimate else { return Cell::number("–", None) };
     let shown = match (estimate.by, estimate.band) {

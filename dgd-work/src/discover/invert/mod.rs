@@ -1,4 +1,4 @@
-//! What an equation lacks, from what was measured.
+//! The missing term of an equation, computed from measurements.
 
 mod page;
 mod report;
@@ -23,11 +23,11 @@ use sensors::{Sensor, sensors};
 pub use report::Missing;
 pub use twin::Twin;
 
-/// Finds what an equation lacks.
+/// Computes the missing term of an equation.
 ///
 /// # Errors
 ///
-/// [`WorkError`]: no equation is called so, or what it reads was not measured.
+/// [`WorkError`]: there is no such equation, or its variables were not measured.
 pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, WorkError> {
     if request.run.data.is_none() {
         let message = "`invert` needs what was measured: give a recording with `--data FILE`";
@@ -43,12 +43,12 @@ pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, 
 
     let (first, last) = (run.times[0], run.times[run.times.len() - 1]);
     let times = &run.measured.times;
-    let own = times.partition_point(|t| *t < first)..times.partition_point(|t| *t <= last);
-    let window = |samples: &Vec<f64>| samples[own.clone()].to_vec();
+    let in_run = times.partition_point(|t| *t < first)..times.partition_point(|t| *t <= last);
+    let window = |samples: &Vec<f64>| samples[in_run.clone()].to_vec();
     let measured: Vec<Option<Vec<f64>>> =
         run.measured.outputs.iter().map(|samples| samples.as_ref().map(window)).collect();
-    let times = times[own.clone()].to_vec();
-    // Inputs that arrive late are read before the first sample.
+    let times = times[in_run.clone()].to_vec();
+    // Delayed inputs are read before the first sample.
     let inputs = with_nothing(&terms, &run.inputs, &run.measured.times)?;
     let noise: Vec<Option<f64>> =
         sensors.iter().map(|sensor| sensor.as_ref().map(|sensor| sensor.noise)).collect();
@@ -63,7 +63,7 @@ pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, 
         bandwidth: request.bandwidth,
     };
     session.listener.begins(false);
-    let found = invert_equation(&problem).map_err(|error| refused(label, &error))?;
+    let inverted = invert_equation(&problem).map_err(|error| refused(label, &error))?;
     let twin = request
         .with_estimate
         .then(|| twin::estimate(&terms, &run, &recording, &noise, session))
@@ -71,11 +71,11 @@ pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, 
     session.listener.ends();
     let used: Vec<Sensor> = sensors.into_iter().flatten().collect();
     let signature = terms.system().signature();
-    let missing = Missing::new(request, signature, found, units, used, twin, run.provenance);
+    let missing = Missing::new(request, signature, inverted, units, used, twin, run.provenance);
     Ok(missing.since(run.epoch))
 }
 
-/// The model with room for what the equation lacks.
+/// The model with an unknown input in the equation.
 fn opened(model: &Model, label: &str, request: &InvertRequest) -> Result<MissingTerms, WorkError> {
     let engine = request.run.solve.engine;
     MissingTerms::of_equation(model, label, engine).map_err(|reason| match reason {
@@ -95,7 +95,7 @@ fn opened(model: &Model, label: &str, request: &InvertRequest) -> Result<Missing
     })
 }
 
-/// The unit in which it is shown, and that of SI.
+/// The display unit and the SI unit of the missing term.
 fn units(
     terms: &MissingTerms,
     model: &Model,
@@ -109,10 +109,10 @@ fn units(
             units.join(" and ")
         )));
     };
-    let own = parse_unit(&place.unit).ok();
+    let si_unit = parse_unit(&place.unit).ok();
     let si = Unit { symbol: place.unit.clone().into(), factor: 1.0, offset: 0.0 };
     let Some(asked) = &request.unit else {
-        let familiar = own.map(|own| model.familiar(own.dimension)).map(|unit| Unit {
+        let familiar = si_unit.map(|si_unit| model.familiar(si_unit.dimension)).map(|unit| Unit {
             symbol: unit.symbol.into(),
             factor: unit.factor,
             offset: 0.0,
@@ -120,7 +120,7 @@ fn units(
         return Ok([familiar.unwrap_or_else(|| si.clone()), si]);
     };
     match parse_unit(asked) {
-        Ok(unit) if own.as_ref().is_none_or(|own| own.dimension == unit.dimension) => {
+        Ok(unit) if si_unit.as_ref().is_none_or(|si_unit| si_unit.dimension == unit.dimension) => {
             Ok([Unit { symbol: asked.clone().into(), factor: unit.factor, offset: 0.0 }, si])
         }
         Ok(_) => Err(WorkError::Usage(format!(

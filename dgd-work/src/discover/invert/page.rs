@@ -1,4 +1,4 @@
-//! The page of an inversion: the figure, and what it was made of.
+//! The page of an inversion: the figure and its provenance.
 
 use dgd_page::{Link, Markup, Page, Tone};
 
@@ -6,7 +6,7 @@ use super::Missing;
 use crate::output::page::origin;
 
 impl Missing {
-    /// Its page, which says what command makes it again.
+    /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
         let Missing { model, equation, .. } = self;
         let mut page = Page::new(&format!("{model}: what {equation} lacks"));
@@ -15,7 +15,7 @@ impl Missing {
         page.push_header(&kind, &Markup::prose(&headline), Tone::Plain, &[]);
         let chart = page.chart(&self.figure(), Link::With("inversion"), &Markup::default());
         page.push_section("What is missing", &[chart]);
-        // Its first line is the headline.
+        // The first line is the headline.
         let text = self.to_text();
         let (_, more) = text.split_once("\n\n").unwrap_or(("", &text));
         let lines = more.lines().filter(|line| !line.trim().is_empty());

@@ -1,4 +1,4 @@
-//! What an equation lacks, for people and for programs.
+//! The missing term of an equation, as text and JSON.
 
 use std::fmt::Write as _;
 use std::io;
@@ -18,14 +18,14 @@ use crate::output::quantity::{moment, short, stretches, with_unit};
 use crate::output::table::significant;
 use crate::request::InvertRequest;
 
-/// Standard deviations from which it stands out.
+/// Significance threshold, in standard deviations.
 const STANDS_OUT: f64 = 3.0;
-/// Half of the band that is drawn, standard deviations.
+/// Half width of the drawn band, in standard deviations.
 const BAND: f64 = 2.0;
-/// Digits of what is shown.
+/// Significant digits of printed values.
 const DIGITS: usize = 4;
 
-/// What an equation lacks on its right-hand side.
+/// The missing term on the right-hand side of an equation.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Missing {
@@ -35,17 +35,17 @@ pub struct Missing {
     pub equation: String,
     /// The inversion, SI.
     pub found: Inverted,
-    /// The estimate of a smoother, if it was asked for.
+    /// The smoothed estimate, if requested.
     pub twin: Option<Twin>,
-    /// What it was made of.
+    /// Versions and digests of the inputs.
     pub provenance: Provenance,
-    /// The stamp of time zero, where the data has stamps.
+    /// The timestamp of time zero, if the data has timestamps.
     epoch: Option<Epoch>,
     unit: Unit,
     /// Spelling of its unit in SI.
     si: String,
     sensors: Vec<Sensor>,
-    /// Each unknown that the equation reads, and what gives it.
+    /// Each unknown that the equation reads, and the sensors that determine it.
     signals: Vec<(String, Vec<String>)>,
 }
 
@@ -89,12 +89,12 @@ impl Missing {
         }
     }
 
-    /// The same with times that are stamps from this one on.
+    /// Sets the timestamp of time zero.
     pub(super) fn since(self, epoch: Option<Epoch>) -> Self {
         Missing { epoch, ..self }
     }
 
-    /// The unit of its integral over time, in SI: of a flow in cubic metres per second that is cubic metres.
+    /// The SI unit of its integral over time: cubic metres for a flow in cubic metres per second.
     fn sum_unit(&self) -> Unit {
         let symbol = match self.si.strip_suffix("/s") {
             Some(rest) if !rest.contains(['/', '(']) => rest.to_owned(),
@@ -106,29 +106,29 @@ impl Missing {
     /// The twin at the times of the inversion.
     fn twin_columns(&self) -> Option<[Vec<f64>; 2]> {
         let twin = self.twin.as_ref()?;
-        let at = |values: &Vec<f64>| {
+        let resample = |values: &Vec<f64>| {
             let one = |t: &f64| {
                 let k = twin.times.partition_point(|own| own <= t);
                 k.checked_sub(1).map_or(f64::NAN, |k| values[k])
             };
             self.found.times.iter().map(one).collect()
         };
-        Some([at(&twin.value), at(&twin.std)])
+        Some([resample(&twin.value), resample(&twin.std)])
     }
 
-    /// ∫ of the twin from its first sample on: it is constant from one to the next.
+    /// Integral of the twin from its first sample on; it is constant between samples.
     fn twin_sum(&self) -> Option<Vec<f64>> {
         let twin = self.twin.as_ref()?;
         let mut sum = 0.0;
-        let mut all = vec![0.0];
+        let mut sums = vec![0.0];
         for (pair, value) in twin.times.windows(2).zip(&twin.value) {
             sum += value * (pair[1] - pair[0]);
-            all.push(sum);
+            sums.push(sum);
         }
-        Some(all)
+        Some(sums)
     }
 
-    /// Time, what is missing, its standard deviation, and the same of its integral and of the estimate.
+    /// Time, the missing term and its standard deviation, its integral, and the smoothed estimate, with theirs.
     pub fn table(&self) -> TimeTable {
         let column = |name: &str, unit: &Unit, values: &[f64]| {
             NamedColumn::new(name, unit, Kind::Output, values.to_vec())
@@ -159,14 +159,14 @@ impl Missing {
         self.table().write_csv(out)
     }
 
-    /// Position at which it is largest.
+    /// Index of its largest value.
     fn largest(&self) -> Option<usize> {
         let missing = &self.found.missing;
         let finite = (0..missing.value.len()).filter(|k| missing.value[*k].is_finite());
         finite.max_by(|a, b| missing.value[*a].abs().total_cmp(&missing.value[*b].abs()))
     }
 
-    /// Times between which it stands out, s.
+    /// Intervals in which it is significant, s.
     fn windows(&self) -> Vec<[f64; 2]> {
         let Inverted { times, missing, .. } = &self.found;
         let mut windows: Vec<[f64; 2]> = Vec::new();
@@ -188,7 +188,7 @@ impl Missing {
         windows
     }
 
-    /// What was found, in words.
+    /// The result as text.
     pub fn to_text(&self) -> String {
         let mut text = format!(
             "{}: what equation `{}` lacks on its right-hand side, from what was measured\n\n",
@@ -257,7 +257,7 @@ impl Missing {
         text
     }
 
-    /// What programs are told besides the columns.
+    /// The JSON without the columns.
     pub fn details(&self) -> Value {
         let Inverted { bandwidth, is_chosen, left_out, integral, missing, times, .. } = &self.found;
         let largest = self.largest().map(|k| {
@@ -286,14 +286,14 @@ impl Missing {
         details
     }
 
-    /// All of it for programs.
+    /// The whole result as JSON.
     pub fn to_json(&self) -> Value {
-        let mut all = self.details();
-        self.table().push_json(&mut all);
-        all
+        let mut result = self.details();
+        self.table().push_json(&mut result);
+        result
     }
 
-    /// What is missing with its band, the estimate beside it; below, what it sums up to.
+    /// The missing term with its band and the smoothed estimate; below, the integral.
     pub fn figure(&self) -> Figure {
         let Inverted { times, missing, integral, bandwidth, .. } = &self.found;
         let mut top = Panel {

@@ -1,4 +1,4 @@
-//! Which outputs were measured, and how noisy they are.
+//! The measured outputs and their noise.
 
 use dgd_runtime::Unit;
 use dgd_screen::noise::white_noise;
@@ -8,7 +8,7 @@ use crate::error::{WorkError, meant};
 use crate::output::quantity::of_differences;
 use crate::run::Run;
 
-/// An output that was measured.
+/// A measured output.
 #[derive(Debug, Clone)]
 pub(super) struct Sensor {
     pub(super) name: String,
@@ -18,8 +18,8 @@ pub(super) struct Sensor {
     is_declared: bool,
 }
 
-/// Those of the model's outputs that were measured and are asked for, with their noise as declared or, where
-/// nothing is declared, as it is from one sample to the next.
+/// The requested outputs that were measured. Noise is as declared or, without a declaration, estimated from differences
+/// between successive samples.
 pub(super) fn sensors(run: &Run, asked: &[String]) -> Result<Vec<Option<Sensor>>, WorkError> {
     let outputs = &run.signature().outputs;
     let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
@@ -31,32 +31,32 @@ pub(super) fn sensors(run: &Run, asked: &[String]) -> Result<Vec<Option<Sensor>>
     }
     let times = &run.measured.times;
     let sensor = |output: usize| {
-        let own = &outputs[output];
-        if !asked.is_empty() && !asked.iter().any(|name| *name == *own.name) {
+        let declared = &outputs[output];
+        if !asked.is_empty() && !asked.iter().any(|name| *name == *declared.name) {
             return None;
         }
         let samples = run.measured.outputs.get(output)?.as_ref()?;
         let estimated = || white_noise(times, samples, samples).map(|noise| noise.std);
-        // Readings without any noise are as good as their last digit.
+        // For readings without noise, the rounding of their last digit counts.
         let rounding = || {
             let largest = samples.iter().filter(|w| w.is_finite()).map(|w| w.abs());
-            1e-9 * largest.fold(own.unit.factor.abs(), f64::max)
+            1e-9 * largest.fold(declared.unit.factor.abs(), f64::max)
         };
         Some(Sensor {
-            name: own.name.to_string(),
-            unit: of_differences(&own.unit),
-            noise: own.noise.or_else(estimated).unwrap_or_else(rounding),
-            is_declared: own.noise.is_some(),
+            name: declared.name.to_string(),
+            unit: of_differences(&declared.unit),
+            noise: declared.noise.or_else(estimated).unwrap_or_else(rounding),
+            is_declared: declared.noise.is_some(),
         })
     };
     Ok((0..outputs.len()).map(sensor).collect())
 }
 
 impl Sensor {
-    /// Its noise in its unit.
+    /// Its noise, the unit, and the source of the value.
     pub(super) fn shown(&self) -> (f64, &str, &'static str) {
-        let of = if self.is_declared { "declared" } else { "estimated" };
-        (self.noise / self.unit.factor, &self.unit.symbol, of)
+        let source = if self.is_declared { "declared" } else { "estimated" };
+        (self.noise / self.unit.factor, &self.unit.symbol, source)
     }
 
     pub(super) fn to_json(&self) -> Value {

@@ -1,4 +1,4 @@
-//! What a smoother makes of the same: the estimate that a discovery draws.
+//! The smoothed estimate of a missing term, as discoveries draw it.
 
 use dgd_discover::{
     Deviations, MissingTerms, Recording as Readings, UnknownInput, reconstruct, unknown_input,
@@ -10,24 +10,24 @@ use dgd_screen::noise::SensorNoise;
 use crate::run::Run;
 use crate::session::Session;
 
-/// How often the estimate is made again around the trajectory that has it, as discoveries do.
+/// Relinearizations around the estimated trajectory, as in discoveries.
 const ROUNDS: usize = 2;
 
-/// The unknown input of the equation that makes a simulation follow the readings, SI.
+/// The unknown input of the equation with which a simulation follows the readings, SI.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Twin {
-    /// The samples' times, s.
+    /// Sample times, s.
     pub times: Vec<f64>,
-    /// d.
+    /// Value of the input.
     pub value: Vec<f64>,
     /// Its standard deviation.
     pub std: Vec<f64>,
-    /// Gain in log-likelihood over nothing missing, nats.
+    /// Gain in log-likelihood over no missing term, nats.
     pub gain: f64,
 }
 
-/// The estimate; where there is none, a remark says why.
+/// The estimate; without one, a remark gives the reason.
 pub(super) fn estimate(
     terms: &MissingTerms,
     run: &Run,
@@ -50,7 +50,7 @@ fn smoothed(
     recording: &Recording,
     noise: &[Option<f64>],
 ) -> Result<Twin, String> {
-    // Of two samples with one time the smoother takes the second.
+    // The smoother uses the second of two samples at one time.
     let times: Vec<f64> = recording
         .times
         .iter()
@@ -79,7 +79,7 @@ fn smoothed(
         .map_err(|error| error.to_string())?;
     let residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
     let unseen = || "no output that was measured sees what is missing".to_owned();
-    let mut found = unknown_input(&deviations, 0, &residuals, &noise).ok_or_else(unseen)?;
+    let mut estimate = unknown_input(&deviations, 0, &residuals, &noise).ok_or_else(unseen)?;
     let readings = Readings {
         p: &run.p,
         inputs: &run.inputs,
@@ -89,10 +89,12 @@ fn smoothed(
         noise: &noise,
     };
     for _ in 0..ROUNDS {
-        // Where the model cannot follow the estimate, that of before stays.
-        let Ok(Some(again)) = reconstruct(terms, &readings, 0, &found, &run.options) else { break };
-        found = again;
+        // If the model cannot follow the new estimate, the previous one stays.
+        let Ok(Some(again)) = reconstruct(terms, &readings, 0, &estimate, &run.options) else {
+            break;
+        };
+        estimate = again;
     }
-    let UnknownInput { times, estimate, std, gain, .. } = found;
+    let UnknownInput { times, estimate, std, gain, .. } = estimate;
     Ok(Twin { times, value: estimate, std, gain })
 }

@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 use super::result_json::tidy;
 use crate::output::quantity::{of_differences, percent, probability, rounded, with_unit};
 
-/// Digits of a threshold: it lies anywhere between values inside and outside.
+/// Digits of a threshold: any value between those inside and outside would do.
 const DIGITS: i32 = 3;
 
-/// In words: ``while `q` falls by more than 1.9 lpm per second, taken over 40 s: 94 % of the windows, 3 %
-/// of the rest``. Names are between backticks.
+/// As text: ``while `q` falls by more than 1.9 lpm per second, taken over 40 s: 94 % of the windows, 3 % of the rest``.
+/// Names are between backticks.
 pub(super) fn words(condition: &Condition) -> String {
     let Condition { share_inside, share_outside, p_value, shifts, .. } = condition;
     format!(
@@ -49,7 +49,7 @@ fn holds(condition: &Condition) -> String {
     format!("while `{quantity}` {holds}")
 }
 
-/// For programs; `null` where there is none.
+/// For programs; `null` without a condition.
 pub(super) fn value(condition: Option<&Condition>) -> Value {
     let Some(condition) = condition else { return Value::Null };
     let (kind, mode) = match &condition.kind {

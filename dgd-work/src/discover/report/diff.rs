@@ -10,7 +10,7 @@ use similar::{DiffOp, DiffTag, group_diff_ops};
 /// Unchanged lines around each change.
 const CONTEXT: usize = 3;
 
-/// The shortest way from one list to the other. One algorithm for one type: the others need not be compiled.
+/// The shortest edit script between two lists. A single algorithm and type keep the others out of the build.
 fn changes(old: &[&str], new: &[&str]) -> Vec<DiffOp> {
     let mut hook = Compact::new(Replace::new(Capture::new()), old, new);
     let done: Result<(), Infallible> = myers::diff(&mut hook, old, 0..old.len(), new, 0..new.len());
@@ -18,7 +18,7 @@ fn changes(old: &[&str], new: &[&str]) -> Vec<DiffOp> {
     hook.into_inner().into_inner().into_ops()
 }
 
-/// A unified diff that `patch` and `git apply` take; empty where nothing changed.
+/// A unified diff for `patch` and `git apply`; empty if nothing changed.
 pub(super) fn unified(before: &str, after: &str, name: &str) -> String {
     let (old, new): (Vec<&str>, Vec<&str>) =
         (before.split_inclusive('\n').collect(), after.split_inclusive('\n').collect());
@@ -50,7 +50,7 @@ pub(super) fn unified(before: &str, after: &str, name: &str) -> String {
     text
 }
 
-/// Lines of a file as a hunk's header counts them; of none it gives the one before.
+/// The line range of a hunk's header; an empty range gives the line before it.
 fn lines_from(start: usize, end: usize) -> String {
     match end - start {
         0 => format!("{start},0"),
@@ -62,12 +62,12 @@ fn lines_from(start: usize, end: usize) -> String {
 /// A line of a diff or of a list with changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Changed<T> {
-    /// `same`, `removed` or `added`, or `place` where lines are left out.
+    /// `same`, `removed` or `added`, or `place` for omitted lines.
     pub(super) class: &'static str,
     pub(super) content: T,
 }
 
-/// The lines of a unified diff behind its header, each with what it says.
+/// The lines of a unified diff after its header, each with its class.
 pub(super) fn lines(diff: &str) -> Vec<Changed<&str>> {
     let class = |line: &str| match line.chars().next() {
         Some('+') => "added",
@@ -78,7 +78,7 @@ pub(super) fn lines(diff: &str) -> Vec<Changed<&str>> {
     diff.lines().skip(2).map(|content| Changed { class: class(content), content }).collect()
 }
 
-/// The entries of two lists in one: what was removed stands before what was added.
+/// Two lists merged into one; removed entries come before added ones.
 pub(super) fn merged<T: Clone>(
     before: &[T],
     after: &[T],
@@ -91,14 +91,14 @@ pub(super) fn merged<T: Clone>(
     let entries = |class: &'static str, list: &[T], range: Range<usize>| -> Vec<Changed<T>> {
         list[range].iter().map(|entry| Changed { class, content: entry.clone() }).collect()
     };
-    let of = |change: DiffOp| {
+    let entries_of = |change: DiffOp| {
         if change.tag() == DiffTag::Equal {
             return entries("same", after, change.new_range());
         }
         let removed = entries("removed", before, change.old_range());
         [removed, entries("added", after, change.new_range())].concat()
     };
-    changes(&old, &new).into_iter().flat_map(of).collect()
+    changes(&old, &new).into_iter().flat_map(entries_of).collect()
 }
 
 #[cfg(test)]
@@ -132,8 +132,8 @@ mod tests {
 
     #[test]
     fn lists_are_merged_with_old_entries_before_new_ones() {
-        let all = merged(&[1, 2, 3], &[1, 4, 3, 5], i32::to_string);
-        let shown: Vec<_> = all.iter().map(|c| (c.class, c.content)).collect();
+        let entries = merged(&[1, 2, 3], &[1, 4, 3, 5], i32::to_string);
+        let shown: Vec<_> = entries.iter().map(|c| (c.class, c.content)).collect();
         let (same, added) = ("same", "added");
         assert_eq!(shown, [(same, 1), ("removed", 2), (added, 4), (same, 3), (added, 5)]);
     }

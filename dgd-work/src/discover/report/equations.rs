@@ -8,7 +8,7 @@ use super::diff::{Changed, merged};
 use crate::error::WorkError;
 use crate::model::Compilation;
 
-/// A line of equations, typeset.
+/// A typeset line of equations.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Equation {
     /// As MathML.

@@ -1,5 +1,4 @@
-//! The figures of a report: one panel for each output or equation, below each other over one time
-//! axis.
+//! The figures of a report: one panel for each output or equation, stacked over a common time axis.
 
 use dgd_discover::{Discovery, MissingInput, OutputTrace, RecordingTrace, Window};
 use dgd_plot::{Band, Envelope, Figure, Meaning, Panel, Series, Style, Text};
@@ -7,18 +6,18 @@ use dgd_runtime::Unit;
 
 use crate::output::quantity::of_differences;
 
-/// Panels that fit on a page; what has more is several figures.
+/// Panels per page; more are split into several figures.
 const PANELS: usize = 4;
 
-/// Standard deviations that a shaded band reaches to either side: 95 % of a normal distribution.
+/// Half width of a shaded band, in standard deviations: 95 % of a normal distribution.
 const REACH: f64 = 2.0;
 
-/// Whether the corrected model is another than the base model.
+/// Whether the corrected model differs from the base model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Correction {
     /// Curves before and after.
     Made,
-    /// One curve, since both are the same.
+    /// One curve, because both models are the same.
     None,
 }
 
@@ -55,12 +54,12 @@ pub(super) fn fit(trace: &RecordingTrace, correction: Correction) -> Vec<Figure>
     pages(&trace.outputs.iter().map(panel).collect::<Vec<_>>())
 }
 
-/// Measured less simulated, over the noise.
+/// Residuals (measured − simulated) over the noise.
 pub(super) fn errors(trace: &RecordingTrace, correction: Correction) -> Vec<Figure> {
     pages(&error_panels(trace, correction))
 }
 
-/// Measured less simulated, over the noise, one panel for each output.
+/// Residuals (measured − simulated) over the noise, one panel for each output.
 pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Vec<Panel> {
     let panel = |output: &OutputTrace| {
         let unit = of_differences(&output.unit);
@@ -101,7 +100,7 @@ pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Ve
     trace.outputs.iter().map(panel).collect()
 }
 
-/// What each equation would have needed on its right-hand side.
+/// The missing term on the right-hand side of each equation.
 pub(super) fn missing<'a>(traces: impl IntoIterator<Item = &'a MissingInput>) -> Vec<Figure> {
     let panel = |trace: &MissingInput| {
         let edge = |side: f64| -> Vec<f64> {
@@ -153,7 +152,7 @@ fn pages(panels: &[Panel]) -> Vec<Figure> {
     panels.chunks(PANELS).map(below_each_other).collect()
 }
 
-/// Panels below each other over one time axis.
+/// Stacks panels over one time axis.
 pub(super) fn below_each_other(panels: &[Panel]) -> Figure {
     Figure { columns: 1, ..Figure::new(Text::plain("Time").with_unit("s"), panels.to_vec()) }
 }

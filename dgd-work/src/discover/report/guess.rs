@@ -1,4 +1,4 @@
-//! A formula that looks like what is missing, in words and for programs.
+//! A formula that resembles a missing term, as text and JSON.
 
 use dgd_discover::{Discovery, Guess, Unexplained, Verdict};
 use serde_json::{Value, json};
@@ -7,15 +7,15 @@ use super::law;
 use super::result_json::tidy;
 use crate::output::quantity::rounded;
 
-/// What is said where no formula fits.
+/// The sentence when no formula fits.
 const NONE: &str = "no simple formula of the model’s names fits";
 
-/// Whether formulas were looked for: not beside names or laws.
+/// Whether formulas were searched: not if named effects or laws explain the recordings.
 pub(super) fn is_told(discovery: &Discovery) -> bool {
     discovery.verdict == Verdict::Unexplained && discovery.rivals.is_empty()
 }
 
-/// In words, and what it is not. Code is between backticks.
+/// As text, with its caveat. Code is between backticks.
 pub(super) fn words(unexplained: &Unexplained) -> String {
     let Some(guess) = &unexplained.guess else { return NONE.to_owned() };
     let held_out = if guess.is_of_recordings {
@@ -33,7 +33,7 @@ pub(super) fn words(unexplained: &Unexplained) -> String {
     )
 }
 
-/// For programs; `null` where there is none.
+/// For programs; `null` without a formula.
 pub(super) fn value(guess: Option<&Guess>) -> Value {
     let Some(guess) = guess else { return Value::Null };
     let coefficients: Vec<Value> = (guess.terms.iter())

@@ -1,8 +1,8 @@
-//! Files of what is not in the corrected model: effects that are only described, and formulas.
+//! Files of effects and formulas that are described but not in the corrected model.
 
 use dgd_discover::Discovery;
 
-/// Effects that can be described at a time, and places at which a formula may be found.
+/// Most effects described at a time, and most equations with a formula.
 const DESCRIBED: usize = 2;
 const LAWS: usize = 5;
 
@@ -11,12 +11,12 @@ pub(super) fn described(k: usize) -> String {
     format!("described_{}.dgd", k + 1)
 }
 
-/// The name of the file of a formula, by the rank of its place.
+/// The name of the file of a formula, by the rank of its missing term.
 pub(super) fn law(k: usize) -> String {
     format!("law_{}.dgd", k + 1)
 }
 
-/// All names that there may be.
+/// All possible names.
 pub(super) fn names() -> impl Iterator<Item = String> {
     (0..DESCRIBED).map(described).chain((0..LAWS).map(law))
 }

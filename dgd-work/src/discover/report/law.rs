@@ -1,4 +1,4 @@
-//! A law that was found, in words and for programs.
+//! A law, as text and JSON.
 
 use dgd_discover::{FoundLaw, LawParameter, LawRange, LawTerm, NearForm, RivalLaw};
 use serde_json::{Map, Value, json};
@@ -16,7 +16,7 @@ pub(super) fn value(law: &FoundLaw) -> Value {
     })
 }
 
-/// The same for one of several laws.
+/// One of several rival laws, for programs.
 pub(super) fn rival(law: &RivalLaw) -> Value {
     json!({
         "terms": law.terms.iter().map(term).collect::<Vec<_>>(),
@@ -60,7 +60,7 @@ pub(super) fn formula(terms: &[LawTerm]) -> String {
     terms.iter().map(term).collect::<Vec<_>>().join(" and ")
 }
 
-/// The terms of one of several laws, or its effects.
+/// The terms of a rival law, or its effects.
 pub(super) fn rival_name(law: &RivalLaw) -> String {
     match law.effects.as_slice() {
         [] => formula(&law.terms),
@@ -68,7 +68,7 @@ pub(super) fn rival_name(law: &RivalLaw) -> String {
     }
 }
 
-/// Rows of one of several laws.
+/// Table rows of a rival law.
 pub(super) fn rival_rows(law: &RivalLaw) -> Vec<[String; 2]> {
     let name = if law.effects.is_empty() { "terms" } else { "effect" };
     let mut rows = vec![[name.to_owned(), rival_name(law)]];

@@ -1,4 +1,4 @@
-//! What a discovery writes: a page to read, a result for programs, the corrected model.
+//! The files of a discovery: a page to read, a result for programs, the corrected model.
 //!
 //! ```text
 //!   Discovery ─┬─ page (figures, equations, diff) ─► report.html
@@ -8,7 +8,7 @@
 //!              └─ kept apart ───────────────────────► described_1.dgd, law_1.dgd
 //! ```
 //!
-//! All files appear together or none does, and equal discoveries give equal files.
+//! Either all files appear or none; equal discoveries give equal files.
 
 mod condition;
 mod diff;
@@ -41,36 +41,36 @@ use crate::request::Choices;
 use figures::Correction;
 pub(crate) use summary::text as summary;
 
-/// Where what no effect explains is written.
+/// File with the missing terms that no effect explains.
 const UNEXPLAINED: &str = "unexplained.csv";
 
-/// What a report is about.
+/// Input of a report.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Subject<'a> {
-    /// What was found.
+    /// The result.
     pub(crate) discovery: &'a Discovery,
     /// The file of the base model, as given.
     pub(crate) model: &'a Path,
     /// Its text.
     pub(crate) base: &'a str,
-    /// What it was read from, with all that it imports.
+    /// The source files, with imports.
     pub(crate) files: &'a dyn FileSystem,
-    /// Variants and settings of the run.
+    /// Variants and settings.
     pub(crate) choices: &'a Choices,
-    /// Recordings that the fits saw.
+    /// Training recordings.
     pub(crate) training: &'a [PathBuf],
-    /// Recordings kept out of them.
+    /// Validation recordings.
     pub(crate) held_out: &'a [PathBuf],
-    /// Why the recordings may not say what they are asked.
+    /// Reasons to doubt that the recordings can answer.
     pub(crate) reservations: &'a [String],
-    /// The command line that makes the same again.
+    /// The command line that reproduces the result.
     pub(crate) command: &'a str,
-    /// What it was made of, where that is known.
+    /// Versions and digests of the inputs, if known.
     pub(crate) provenance: Option<&'a Provenance>,
 }
 
 impl Subject<'_> {
-    /// The model file's name without its ending.
+    /// The model file's name without its extension.
     fn model_name(&self) -> String {
         self.model.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
     }
@@ -80,23 +80,23 @@ impl Subject<'_> {
 pub fn file_names(model: &Path) -> Vec<String> {
     let name = model.file_stem().unwrap_or_default().to_string_lossy();
     let fixed = ["report.html", "result.json", UNEXPLAINED].map(str::to_owned);
-    let own = [format!("{name}.diff"), format!("{name}.dgd")];
-    own.into_iter().chain(fixed).chain(kept_apart::names()).collect()
+    let model_files = [format!("{name}.diff"), format!("{name}.dgd")];
+    model_files.into_iter().chain(fixed).chain(kept_apart::names()).collect()
 }
 
-/// The result as programs read it.
+/// The result for programs.
 pub(super) fn result_json(subject: &Subject<'_>) -> Value {
     result_json::value(subject)
 }
 
-/// Measured less simulated, before and after, on validation data if there is any.
+/// Residuals before and after the correction, on validation data if there is any.
 pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     let traces = &discovery.traces;
     let Some(trace) = traces.iter().find(|trace| trace.held_out).or(traces.first()) else {
         return figures::below_each_other(&[]);
     };
     let mut panels = figures::error_panels(trace, Correction::of(discovery));
-    // Shaded windows need a caption, which a figure that stands alone has not.
+    // Shaded windows need a caption, and a figure on its own has none.
     for panel in &mut panels {
         panel.bands.clear();
     }

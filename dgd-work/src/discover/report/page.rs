@@ -1,4 +1,4 @@
-//! `report.html`: what was found, in the design of all pages.
+//! `report.html`: the result, in the design of all pages.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ use crate::error::WorkError;
 use crate::output;
 use crate::output::quantity::{Quantity, moment, percent, rounded, stretches};
 
-/// Candidates of the screen that the page lists.
+/// Screened candidates listed on the page.
 const SCREENED: usize = 15;
 
-/// What the template shows; all text in it is escaped there, but for what `safe` marks as markup.
+/// Data of the template, which escapes all text except the fields marked `safe`.
 #[derive(Template)]
 #[template(path = "report.html")]
 struct Body<'a> {
@@ -32,23 +32,23 @@ struct Body<'a> {
     next: String,
     /// The condition outside which the model holds, as markup.
     regime: Option<String>,
-    /// Effects that the recordings look like: names, and what there is to say.
+    /// Effects that the recordings resemble: names and notes.
     described: Vec<(String, String)>,
     effects: Vec<Effect<'a>>,
     /// Constants of a law, the ranges in which it holds and near forms, as markup.
     law: Vec<[String; 2]>,
-    /// The same of each of several laws that explain the recordings alike.
+    /// The same for each of several laws that explain the recordings equally well.
     rivals: Vec<Vec<[String; 2]>>,
     left_over: Vec<LeftOver<'a>>,
     gap: Vec<[String; 8]>,
     /// Outputs, and when the base model is off there, as markup.
     off: Vec<[String; 2]>,
     figures: Vec<Section>,
-    /// The last of each is markup.
+    /// The last field of each row is markup.
     ranking: Vec<[String; 5]>,
     screened: Vec<[String; 2]>,
     unlisted: usize,
-    /// The second of each is markup.
+    /// The second field of each row is markup.
     not_tried: Vec<[String; 2]>,
     equations: Vec<Changed<Equation>>,
     changes: Vec<Changed<&'a str>>,
@@ -78,18 +78,18 @@ struct LeftOver<'a> {
     target: &'a str,
     /// As markup.
     description: String,
-    /// How much it leaves, what speaks against it, and what tells it apart, as markup.
+    /// The share it explains, evidence against it, and experiments that would settle it, as markup.
     rows: Vec<[String; 2]>,
     windows: String,
     /// As markup.
     condition: Option<String>,
     /// As markup.
     together: Option<String>,
-    /// As markup; `None` where something has a name.
+    /// As markup; `None` if something has a name.
     guess: Option<String>,
 }
 
-/// A parameter before and after the correction; what a model does not have is empty.
+/// A parameter before and after the correction; empty in a model without it.
 struct Parameter<'a> {
     name: &'a str,
     /// As markup.
@@ -177,7 +177,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
     Ok(page.finish(&origin(subject)))
 }
 
-/// Rows with their values as markup.
+/// Turns the values of rows into markup.
 fn marked_up(rows: Vec<[String; 2]>) -> Vec<[String; 2]> {
     rows.into_iter().map(|[name, value]| [name, prose(&value)]).collect()
 }
@@ -216,8 +216,8 @@ fn effect(found: &FoundEffect) -> Effect<'_> {
 
 fn parameters<'a>(before: &'a [ParameterValue], after: &'a [ParameterValue]) -> Vec<Parameter<'a>> {
     let shown = |list: &[ParameterValue], name: &str| {
-        let found = list.iter().find(|parameter| parameter.name == name);
-        found.map_or_else(String::new, |parameter| Quantity::of(parameter).to_string())
+        let parameter = list.iter().find(|parameter| parameter.name == name);
+        parameter.map_or_else(String::new, |parameter| Quantity::of(parameter).to_string())
     };
     let gone = before.iter().filter(|old| after.iter().all(|new| new.name != old.name));
     after
@@ -245,7 +245,7 @@ fn ranking_row(ranked: &Ranked) -> [String; 5] {
     [effects, rounded(ranked.train, 3), valid, bic, prose(&ranked.note)]
 }
 
-/// A sentence as markup: what stands between backticks in it is code.
+/// A sentence as markup: text between backticks is code.
 fn prose(sentence: &str) -> String {
     Markup::prose(sentence).to_string()
 }
@@ -256,8 +256,7 @@ fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {
     training.chain(subject.held_out.iter().map(|path| row("validation", path))).collect()
 }
 
-/// The figures in the order in which they are wanted: what has no name comes first. Those of one recording are zoomed
-/// together.
+/// The figures in order of interest, unexplained terms first. Figures of one recording zoom together.
 fn sections(discovery: &Discovery, page: &mut Page) -> Vec<Section> {
     let correction = Correction::of(discovery);
     let held_out = discovery.traces.iter().find(|trace| trace.held_out);
@@ -310,7 +309,7 @@ fn told(trace: &RecordingTrace) -> String {
     format!("{role} recording {}.", trace.name)
 }
 
-/// Figures over the time of one recording, the first with what explains them.
+/// Figures over the time of one recording; the first carries the caption.
 fn charts(page: &mut Page, figures: &[Figure], recording: &str, caption: &str) -> Vec<String> {
     let chart = |(k, figure): (usize, &Figure)| {
         let caption = if k == 0 { Markup::text(caption) } else { Markup::default() };

@@ -1,7 +1,7 @@
-//! `result.json`: what a discovery says, for programs.
+//! `result.json`: the result of a discovery, for programs.
 //!
-//! Numbers are in the units that the model declares. Errors and noise are differences, which have
-//! no zero of their own: those of an output in `bara` are in `bar`, those of one in `°C` in `K`.
+//! Numbers are in the units that the model declares. Residuals and noise are differences, whose units have no offset:
+//! `bar` for an output in `bara`, `K` for one in `°C`.
 
 use dgd_discover::{
     ClosedPlace, Described, Discovery, FoundEffect, FoundRegime, Gap, ParameterValue, PlaceKind,
@@ -18,7 +18,7 @@ pub(super) fn write(subject: &Subject<'_>) -> String {
     json_text(&value(subject))
 }
 
-/// What it says.
+/// The content of the file.
 pub(super) fn value(subject: &Subject<'_>) -> Value {
     let Discovery { verdict, reason, p_value, effects, unexplained, gap, .. } = subject.discovery;
     let Discovery { traces, ranking, screened, .. } = subject.discovery;
@@ -41,7 +41,7 @@ pub(super) fn value(subject: &Subject<'_>) -> Value {
     let described: Vec<Value> =
         subject.discovery.described.iter().enumerate().map(of_described).collect();
     let closed: Vec<Value> = subject.discovery.closed.iter().map(of_closed).collect();
-    let mut all = json!({
+    let mut result = json!({
         "verdict": verdict.word(),
         "reason": reason,
         "p_value": p_value.map(tidy),
@@ -67,9 +67,9 @@ pub(super) fn value(subject: &Subject<'_>) -> Value {
         "not_tried": not_tried,
     });
     if let Some(provenance) = subject.provenance {
-        provenance.push_json(&mut all);
+        provenance.push_json(&mut result);
     }
-    all
+    result
 }
 
 fn effect(effect: &FoundEffect) -> Value {
@@ -146,7 +146,7 @@ fn smallest(power: &Power) -> Value {
     })
 }
 
-/// What kind of place something is missing at.
+/// The kind of equation that lacks a term.
 fn kind(kind: PlaceKind) -> &'static str {
     match kind {
         PlaceKind::Equation => "equation",
@@ -221,7 +221,7 @@ fn named<'a>(entries: impl Iterator<Item = (&'a String, Value)>) -> Value {
     Value::Object(entries.map(|(name, value)| (name.clone(), value)).collect::<Map<_, _>>())
 }
 
-/// To twelve digits: without what the conversion of units rounds.
+/// Rounds to twelve digits, which removes the rounding of unit conversions.
 pub(super) fn tidy(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }

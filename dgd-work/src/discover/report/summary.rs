@@ -1,4 +1,4 @@
-//! What a discovery says on a terminal.
+//! The summary of a discovery on a terminal.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -13,10 +13,10 @@ use crate::output::quantity::{
     Quantity, moment, of_differences, percent, probability, rounded, stretches, with_unit,
 };
 
-/// Templates that are named for each reason not to try them; all are in the report.
+/// Untried templates named for each reason; the report lists all.
 const NAMED: usize = 3;
 
-/// The verdict, the effects, the errors before and after, and where the report is.
+/// The verdict, the effects, the residuals before and after, and the report's folder.
 pub(crate) fn text(
     discovery: &Discovery,
     reservations: &[String],
@@ -131,7 +131,7 @@ fn write_text(
     Ok(())
 }
 
-/// How much of a discrepancy a place can take, and what speaks against it.
+/// The share of the discrepancy that a missing term explains, and the evidence against it.
 pub(super) fn place_rows(unexplained: &Unexplained) -> Vec<[String; 2]> {
     let mut rows = Vec::new();
     if let Some(left) = unexplained.left {
@@ -144,7 +144,7 @@ pub(super) fn place_rows(unexplained: &Unexplained) -> Vec<[String; 2]> {
     rows
 }
 
-/// What the second deviation of a value is.
+/// Explains the second deviation of a value.
 pub(super) const STD_MODEL: &str = "Behind `model ±` stands how far a value may be off for what is left over: how far \
      estimates from parts of the recordings, and from models that do nearly as well, are apart.";
 
@@ -155,7 +155,7 @@ pub(super) fn says_std_model(discovery: &Discovery) -> bool {
     of_effects.chain(described).any(|parameter| parameter.std_model.is_some())
 }
 
-/// Templates that were not tried, so many by name for each reason, and the reason.
+/// Untried templates by reason, with up to `named` names for each.
 pub(super) fn not_tried(discovery: &Discovery, named: usize) -> Vec<[String; 2]> {
     let mut by_reason: Vec<(&str, Vec<&str>)> = Vec::new();
     for (name, why) in &discovery.not_tried {
@@ -209,21 +209,21 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
     rows
 }
 
-/// Forms that are told of an effect beside the one that is named.
+/// Alternative forms listed for an effect.
 const FORMS: usize = 3;
 
 /// The other forms of an effect, the best first.
 pub(super) fn other_forms(effect: &FoundEffect) -> Option<String> {
-    let told = |other: &Alternative| {
+    let describe = |other: &Alternative| {
         format!("{} (rms residual × {})", form(other), rounded(other.valid_ratio, 3))
     };
-    let mut all: Vec<String> = effect.other_forms.iter().take(FORMS).map(told).collect();
-    let more = effect.other_forms.len() - all.len();
-    all.extend((more > 0).then(|| format!("{more} more")));
-    (!all.is_empty()).then(|| all.join(", "))
+    let mut forms: Vec<String> = effect.other_forms.iter().take(FORMS).map(describe).collect();
+    let more = effect.other_forms.len() - forms.len();
+    forms.extend((more > 0).then(|| format!("{more} more")));
+    (!forms.is_empty()).then(|| forms.join(", "))
 }
 
-/// What an effect's realisation is called.
+/// The form of an alternative.
 fn form(alternative: &Alternative) -> &str {
     alternative.form.as_deref().unwrap_or("its plain form")
 }
@@ -233,7 +233,7 @@ fn goes_with(condition: &Condition) -> [String; 2] {
     ["happens".to_owned(), condition::words(condition)]
 }
 
-/// Why an effect is believed, in a line.
+/// The evidence for an effect, in one line.
 pub(super) fn evidence(effect: &FoundEffect) -> String {
     let evidence = &effect.evidence;
     format!(
@@ -245,8 +245,8 @@ pub(super) fn evidence(effect: &FoundEffect) -> String {
     )
 }
 
-/// Errors in the unit of differences: output, unit, noise, training before and after, validation
-/// before and after, and the last of them over the noise.
+/// Residuals in the unit of differences: output, unit, noise, training before and after, validation before and after,
+/// and the last of them over the noise.
 pub(super) fn gap_row(gap: &Gap) -> [String; 8] {
     let unit = of_differences(&gap.unit);
     let shown = |error: f64| rounded(error / unit.factor, 2);
@@ -262,7 +262,7 @@ pub(super) fn gap_row(gap: &Gap) -> [String; 8] {
     ]
 }
 
-/// Rows with aligned columns, indented; those of `right` end at their right edge.
+/// Rows with aligned columns, indented; those of `right` are right-aligned.
 fn write_table<const N: usize>(
     text: &mut String,
     rows: &[[String; N]],

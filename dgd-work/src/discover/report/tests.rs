@@ -39,7 +39,7 @@ fn request(set: &[&str]) -> RunRequest {
     run
 }
 
-/// Times, measured and simulated outputs of the recording, and what the model declares.
+/// Times, measured and simulated outputs of the recording, and the model's declarations.
 struct Simulated {
     times: Vec<f64>,
     measured: Vec<Vec<f64>>,
@@ -80,7 +80,7 @@ fn window(from: f64, until: f64) -> Window {
     Window { from, until, mean: 0.004, peak_sigma: 31.0 }
 }
 
-/// What an equation might have needed: nothing, then a smooth hump.
+/// A missing term: zero, then a smooth hump.
 fn missing(equation: &str, times: &[f64], size: f64) -> MissingInput {
     let hump = |t: f64| size * (-((t - 300.0) / 60.0).powi(2)).exp();
     MissingInput {
@@ -138,7 +138,7 @@ fn guess() -> Guess {
     }
 }
 
-/// An effect that a wrong shut-off head stands for.
+/// An effect that explains a wrong shut-off head.
 fn discovery() -> Discovery {
     let before = simulated(&["c0=262", "F2=1.6e8"]);
     let after = simulated(&[]);
@@ -270,9 +270,9 @@ fn discovery() -> Discovery {
     }
 }
 
-/// The same with nothing found, and with something left over.
+/// The same without an effect, and with an unexplained term.
 fn left_over() -> Discovery {
-    let found = discovery();
+    let original = discovery();
     Discovery {
         verdict: Verdict::Unexplained,
         reason: "No effect of the library takes away more than 20 % of the excess error.".into(),
@@ -293,7 +293,7 @@ fn left_over() -> Discovery {
                 ..falling("q_tf", 0.9, 0.1)
             }),
             description: "up to 0.004 m³/s flow into the riser while the booster stands".into(),
-            trace: found.missing[0].clone(),
+            trace: original.missing[0].clone(),
             together: vec![
                 Together {
                     quantity: "h_r".to_owned(),
@@ -310,9 +310,9 @@ fn left_over() -> Discovery {
             ],
             guess: Some(guess()),
         }],
-        corrected_parameters: found.base_parameters.clone(),
+        corrected_parameters: original.base_parameters.clone(),
         corrected: base_text(),
-        ..found
+        ..original
     }
 }
 
@@ -320,7 +320,7 @@ fn base_text() -> String {
     fs::read_to_string(root().join(MODEL)).expect("the model is there").replace("\r\n", "\n")
 }
 
-/// Writes a report into a folder and hands over the files' names, in order.
+/// Writes a report into a folder and returns the names of its files, sorted.
 fn written(folder: &Path, discovery: &Discovery) -> Vec<String> {
     let choices = Choices::default();
     let subject = Subject {
@@ -349,7 +349,7 @@ fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).expect("the file was written")
 }
 
-/// The same with a law in the place of an effect.
+/// The same with a law instead of an effect.
 fn with_a_law() -> Discovery {
     let per_minute = Unit { symbol: "1/min".into(), factor: 1.0 / 60.0, offset: 0.0 };
     let length = Unit { symbol: "m".into(), factor: 1.0, offset: 0.0 };
@@ -380,7 +380,7 @@ fn with_a_law() -> Discovery {
     }
 }
 
-/// The same with a constant that is off, in the place of an effect.
+/// The same with a wrong constant instead of an effect.
 fn with_a_constant_that_is_off() -> Discovery {
     let unit =
         |symbol: &'static str, factor: f64| Unit { symbol: symbol.into(), factor, offset: 0.0 };
@@ -452,8 +452,8 @@ fn a_number_that_is_off_is_told_with_its_unit_and_its_twins() {
         serde_json::from_str(&read(&folder, "result.json")).expect("a result");
     assert_eq!(result["verdict"], "plain");
     let cause = |name: &str| {
-        let all = result["plain"]["causes"].as_array().expect("causes");
-        all.iter().find(|cause| cause["name"] == name).expect("a cause").clone()
+        let causes = result["plain"]["causes"].as_array().expect("causes");
+        causes.iter().find(|cause| cause["name"] == name).expect("a cause").clone()
     };
     let (k, d_r) = (cause("k"), cause("d_r"));
     assert_eq!((&k["kind"], &d_r["kind"]), (&"constant".into(), &"parameter".into()));
@@ -528,7 +528,7 @@ fn the_page_stands_by_itself_and_says_what_matters() {
         let (opened, closed) = (opened(tag), page.matches(&format!("</{tag}>")).count());
         assert!(opened > 0 && opened == closed, "{tag}: {opened} and {closed}");
     }
-    // Measured and simulated, and errors, of two recordings; the missing inputs.
+    // Measured and simulated, and residuals, of two recordings; the missing terms.
     assert_eq!(opened("svg"), 5);
 }
 
@@ -557,14 +557,14 @@ fn what_has_no_name_is_the_first_figure() {
     let folder = place.path().join("a");
     written(&folder, &left_over());
     let page = read(&folder, "report.html");
-    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text:?}"));
-    assert!(at("What is missing, without a name") < at("<svg"));
-    assert!(at("<svg") < at("Measured and simulated"));
+    let position = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text:?}"));
+    assert!(position("What is missing, without a name") < position("<svg"));
+    assert!(position("<svg") < position("Measured and simulated"));
     assert!(!page.contains(">before</text>"), "both models are the same");
-    assert!(at("After: the same, since no effect was found.") < at("<svg"));
+    assert!(position("After: the same, since no effect was found.") < position("<svg"));
     let guess = "a guess, not a finding: what is missing looks like \
                  <code>0.0123 [1/lpm] * q_boost*abs(q_boost)</code>; R² on validation recordings 0.87";
-    assert!(at("is above 1250 lpm: 90 % of the windows") < at(guess));
+    assert!(position("is above 1250 lpm: 90 % of the windows") < position(guess));
     assert!(page.contains("Nothing confirms that form."));
 
     let mut discovery = left_over();

@@ -1,4 +1,4 @@
-//! The quantities that what is missing goes together with, in words and for programs.
+//! The quantities that a missing term correlates with, as text and JSON.
 
 use dgd_discover::{Course, Together};
 use serde_json::{Value, json};
@@ -6,17 +6,17 @@ use serde_json::{Value, json};
 use super::result_json::tidy;
 use crate::output::quantity::rounded;
 
-/// In words: ``falls where `z` grows (R² 0.93); R² on other recordings``. Names are between backticks; `None` where there is
-/// nothing to say.
+/// As text: ``falls where `z` grows (R² 0.93); R² on other recordings``. Names are between backticks; `None` without a
+/// correlation.
 pub(super) fn words(all: &[Together]) -> Option<String> {
     let first = all.first()?;
-    let told: Vec<String> = all.iter().map(one).collect();
-    let of = if first.is_of_recordings {
+    let phrases: Vec<String> = all.iter().map(one).collect();
+    let basis = if first.is_of_recordings {
         "on other recordings"
     } else {
         "on parts that the curve was not learnt from"
     };
-    Some(format!("{}; R² {of}", told.join(", ")))
+    Some(format!("{}; R² {basis}", phrases.join(", ")))
 }
 
 fn one(together: &Together) -> String {

@@ -1,4 +1,4 @@
-//! `unexplained.csv`: what each equation would have needed where no effect has a name for it.
+//! `unexplained.csv`: the missing term of each equation that no effect explains.
 
 use dgd_data::write::{Written, write_table};
 use dgd_discover::{MissingInput, Unexplained};
@@ -6,11 +6,9 @@ use dgd_runtime::Unit;
 
 use crate::error::WorkError;
 
-/// A table of time, value and standard deviation for each equation; `None` where nothing is left
-/// unexplained.
+/// A table of time, value and standard deviation for each equation; `None` if everything is explained.
 ///
-/// All traces are of one recording. A trace without a sample at a time of the first one has no
-/// value there.
+/// All traces are of one recording. A trace without a sample at a time of the first one has no value there.
 pub(super) fn table(unexplained: &[Unexplained]) -> Result<Option<Vec<u8>>, WorkError> {
     let Some(first) = unexplained.first() else {
         return Ok(None);

@@ -1,13 +1,13 @@
-//! What was found, in a sentence.
+//! The verdict, in a sentence.
 
 use dgd_discover::{Discovery, FoundEffect, Verdict};
 
 use super::{law, plain};
 
-/// One plain sentence, or two where something is left over.
+/// One plain sentence, or two if something is left over.
 pub(super) fn sentence(discovery: &Discovery) -> String {
     let names: Vec<String> = discovery.effects.iter().map(name).collect();
-    let found = match names.as_slice() {
+    let missing = match names.as_slice() {
         [] => None,
         [only] => Some(format!("Missing from the model: {only}.")),
         [one, other] if discovery.effects.iter().all(|effect| effect.alternatives.is_empty()) => {
@@ -24,27 +24,27 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
         return format!("Missing from the model: {}.", law::formula(&law.terms));
     }
     if !discovery.rivals.is_empty() {
-        let all: Vec<String> = discovery.rivals.iter().map(law::rival_name).collect();
-        return format!("Missing from the model: {}.", all.join(", or "));
+        let rivals: Vec<String> = discovery.rivals.iter().map(law::rival_name).collect();
+        return format!("Missing from the model: {}.", rivals.join(", or "));
     }
     let places = places(discovery);
-    match (found, places.is_empty()) {
+    match (missing, places.is_empty()) {
         (None, true) if discovery.verdict == Verdict::Unexplained => {
             "Something is missing that no known effect explains, and the recordings do not show where.".to_owned()
         }
         (None, true) => "The model explains the data: no effect is missing.".to_owned(),
         (None, false) => format!("Something is missing in {places} that no known effect explains."),
-        (Some(found), true) => found,
-        (Some(found), false) => format!("{found} Something without a name is left in {places}."),
+        (Some(missing), true) => missing,
+        (Some(missing), false) => format!("{missing} Something without a name is left in {places}."),
     }
 }
 
-/// The places where something without a name is missing: those that lack something together, or the best one with those
-/// that are about as likely.
+/// The equations with an unexplained missing term: those that lack a term together, or the best one with those that are
+/// about as likely.
 fn places(discovery: &Discovery) -> String {
-    let told = &discovery.unexplained;
-    let is_joint = told.first().is_some_and(|first| first.is_joint);
-    let chosen = told
+    let unexplained = &discovery.unexplained;
+    let is_joint = unexplained.first().is_some_and(|first| first.is_joint);
+    let chosen = unexplained
         .iter()
         .enumerate()
         .filter(|(k, one)| *k == 0 || if is_joint { one.is_joint } else { one.is_tied });
@@ -52,7 +52,7 @@ fn places(discovery: &Discovery) -> String {
     targets.join(if is_joint { " and " } else { " or " })
 }
 
-/// What to do next, in a sentence.
+/// The next step, in a sentence.
 pub(super) fn next(discovery: &Discovery) -> String {
     if let Some(causes) = &discovery.plain {
         return plain::next(causes);
@@ -87,14 +87,14 @@ pub(super) fn next(discovery: &Discovery) -> String {
     }
 }
 
-/// An effect with what the data cannot tell it from.
+/// An effect with its indistinguishable alternatives.
 pub(super) fn name(effect: &FoundEffect) -> String {
     let others = effect.alternatives.iter().map(|other| other.name.as_str());
-    let all: Vec<&str> = std::iter::once(effect.name.as_str()).chain(others).collect();
-    all.join(" or ")
+    let names: Vec<&str> = std::iter::once(effect.name.as_str()).chain(others).collect();
+    names.join(" or ")
 }
 
-/// How an effect enters the model.
+/// The way an effect enters the model.
 pub(super) fn place(effect: &FoundEffect) -> String {
     let what = match effect.kind {
         "sensor" => "a fault of the sensor",

@@ -1,6 +1,6 @@
-//! What is compared, as a user names it.
+//! The contenders of a comparison, as a user names them.
 //!
-//! | text | what |
+//! | text | contender |
 //! |---|---|
 //! | `m.dgd` | a model |
 //! | `m.dgd@flow=static` | the model with a choice of a variant |
@@ -14,10 +14,10 @@ use dgd_data::FileSystem;
 use crate::error::WorkError;
 use crate::request::Choices;
 
-/// Endings of models.
+/// File extension of models.
 const ENDING: &str = ".dgd";
 
-/// A model and what is chosen of it.
+/// A model and its choices.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Named {
     /// As it was typed.
@@ -31,14 +31,14 @@ pub fn model_of(text: &str) -> PathBuf {
     PathBuf::from(split(text).0)
 }
 
-/// The path, and the choices behind it.
+/// The path, and the choices after it.
 fn split(text: &str) -> (&str, &str) {
     let ends = text.match_indices(ENDING).map(|(at, _)| at + ENDING.len());
     let mut ends = ends.filter(|end| text[*end..].starts_with(['@', '+']));
     ends.next().map_or((text, ""), |end| text.split_at(end))
 }
 
-/// All contenders, at least two, each once.
+/// All contenders: at least two, without duplicates.
 pub(super) fn all(texts: &[String], files: &dyn FileSystem) -> Result<Vec<Named>, WorkError> {
     if texts.len() < 2 {
         let message = "`compare` needs two contenders or more: models, or folders of results";
@@ -83,7 +83,7 @@ fn named(text: &str, files: &dyn FileSystem) -> Result<Named, WorkError> {
     Ok(Named { name: text.to_owned(), model, choices })
 }
 
-/// The one model in a folder of results: effects and formulas that were only described are not it.
+/// The one model in a folder of results; effects and formulas that were only described do not count.
 fn model_in(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError> {
     let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
     let is_model = |path: &PathBuf| {
@@ -110,7 +110,7 @@ fn model_in(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError>
 }
 
 impl Named {
-    /// Whether this is the other one without some of its effects.
+    /// Whether this is the other contender without some of its effects.
     pub(super) fn is_within(&self, other: &Named) -> bool {
         let effects = &other.choices.apply;
         self.model == other.model
@@ -134,18 +134,18 @@ mod tests {
             .with("out/result.json", "")
             .with("two/a.dgd", "")
             .with("two/b.dgd", "");
-        let of = |text: &str| named(text, &files).unwrap_or_else(|error| panic!("{error}"));
-        let both = of("a/m.dgd@flow=static+leak(T, heat)+effects/x.dgd");
+        let parse = |text: &str| named(text, &files).unwrap_or_else(|error| panic!("{error}"));
+        let both = parse("a/m.dgd@flow=static+leak(T, heat)+effects/x.dgd");
         assert_eq!(both.model, Path::new("a/m.dgd"));
         assert_eq!(both.choices.variant, ["flow=static"]);
         assert_eq!(both.choices.apply, ["leak(T, heat)", "effects/x.dgd"]);
-        assert_eq!(of("out").model, Path::new("out/tank.dgd"));
+        assert_eq!(parse("out").model, Path::new("out/tank.dgd"));
         assert!(named("two", &files).is_err() && named("m.dgd+", &files).is_err());
         assert!(all(&["m.dgd".into(), "m.dgd".into()], &files).is_err());
         assert!(all(&["m.dgd".into()], &files).is_err());
-        let one = of("a/m.dgd@flow=static+leak(T, heat)");
+        let one = parse("a/m.dgd@flow=static+leak(T, heat)");
         assert!(one.is_within(&both) && !both.is_within(&one) && !one.is_within(&one));
-        assert!(!of("a/m.dgd+leak(T, heat)").is_within(&both), "another variant");
+        assert!(!parse("a/m.dgd+leak(T, heat)").is_within(&both), "another variant");
         assert_eq!(model_of("a/m.dgd+effects/x.dgd"), Path::new("a/m.dgd"));
     }
 }

@@ -1,4 +1,4 @@
-//! One figure of a comparison: each output as measured and by each contender, and what is left.
+//! The figure of a comparison: each output as measured and by each contender, and the residuals.
 
 use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
 
@@ -6,7 +6,7 @@ use super::Comparison;
 use crate::fit::page::traces::Trace;
 use crate::output::figure::{Line, Subject, beside};
 
-/// Of the first validation recording, or the first one of training.
+/// The figure of the first validation recording, or of the first training recording if there is none.
 pub(super) fn figure(all: &Comparison) -> Figure {
     let traces = &all.contenders[0].fitted.traces;
     let shown = traces.iter().position(|trace| trace.is_valid).unwrap_or(0);
@@ -15,7 +15,7 @@ pub(super) fn figure(all: &Comparison) -> Figure {
     Figure { title: Text::plain(&title), ..of_recording(all, shown) }
 }
 
-/// Of one recording; a line for each contender in the place of its label.
+/// The figure of one recording, with a line for each contender at the index of its label.
 pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
     let (mut subjects, mut errors) = (Vec::new(), Vec::new());
     for output in &all.common.outputs {
@@ -26,10 +26,10 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
         let Some((first, i, _)) = trace(0) else { continue };
         let Some(measured) = &first.measured[i] else { continue };
         let unit_of_errors = noise(first, i);
-        let own =
+        let errors_of_contender =
             |k: usize| trace(k).map(|(own, i, factor)| errors_of(own, i, factor, unit_of_errors));
         let residuals: Vec<Vec<f64>> =
-            (0..all.contenders.len()).map(|k| own(k).unwrap_or_default()).collect();
+            (0..all.contenders.len()).map(|k| errors_of_contender(k).unwrap_or_default()).collect();
         let line = |name: &str, values: Vec<f64>, meaning| Line {
             name: Text::plain(name),
             times: first.times.clone(),
@@ -40,9 +40,9 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
         let declared = unit(0, i);
         let mut lines: Vec<Line> = Vec::with_capacity(all.contenders.len() + 1);
         for (k, one) in all.contenders.iter().enumerate() {
-            let Some((own, i, _)) = trace(k) else { continue };
+            let Some((errors_of_contender, i, _)) = trace(k) else { continue };
             let in_first = |w: &f64| declared.from_si(w * unit(k, i).factor + unit(k, i).offset);
-            let values = own.simulated[i].iter().map(in_first).collect();
+            let values = errors_of_contender.simulated[i].iter().map(in_first).collect();
             lines.push(line(&one.label, values, Meaning::Variant(k)));
         }
         lines.push(line("measured", measured.clone(), Meaning::Measured));
@@ -51,8 +51,8 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
             unit: declared.symbol.to_string(),
             lines,
         });
-        let all = all.contenders.iter().zip(residuals).enumerate();
-        let series = all.map(|(k, (one, y))| Series {
+        let numbered = all.contenders.iter().zip(residuals).enumerate();
+        let series = numbered.map(|(k, (one, y))| Series {
             meaning: Meaning::Variant(k),
             ..Series::new(Text::plain(&one.label), Style::ThinLine, first.times.clone(), y)
         });
@@ -66,7 +66,7 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
     beside(&subjects, errors, Text::plain("Time").with_unit("s"))
 }
 
-/// The standard deviation of an output's readings, where they have one.
+/// The standard deviation of an output's readings, if they have one.
 fn noise(trace: &Trace, output: usize) -> Option<f64> {
     let changes = trace.deviances[output].is_some();
     let (raw, standard) = (trace.residuals[output].as_ref()?, trace.standard[output].as_ref()?);
@@ -74,8 +74,8 @@ fn noise(trace: &Trace, output: usize) -> Option<f64> {
     pairs.find(|sigma| sigma.is_finite() && *sigma > 0.0).filter(|_| !changes)
 }
 
-/// Residuals over their own standard deviations where those change, and over that of the first contender, `sigma`,
-/// otherwise: so that they show which contender leaves less.
+/// Residuals over their own standard deviations if those vary, and otherwise over that of the first contender, `sigma`,
+/// so that contenders can be compared.
 fn errors_of(own: &Trace, output: usize, factor: f64, sigma: Option<f64>) -> Vec<f64> {
     match sigma.filter(|_| own.deviances[output].is_none()) {
         Some(sigma) => own.residuals[output].iter().flatten().map(|e| e * factor / sigma).collect(),

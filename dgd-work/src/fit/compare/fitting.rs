@@ -1,4 +1,4 @@
-//! All contenders fitted alike, one after the other: one that fails does not end the others.
+//! Fits all contenders with the same settings, one after the other; a failure does not end the others.
 
 use dgd_compiler::pipeline::Directions;
 
@@ -15,22 +15,22 @@ use crate::session::Session;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct FailedContender {
-    /// A letter, by which tables call it.
+    /// Its letter in tables.
     pub label: String,
-    /// As it was asked for.
+    /// As it was requested.
     pub name: String,
     /// Why the fit failed.
     pub reason: String,
 }
 
-/// What became of the contenders.
+/// The outcomes of the contenders.
 pub(super) struct Fits {
-    /// Those that were fitted, each with its place among all.
+    /// Those that were fitted, each with its index among all.
     pub fitted: Vec<(usize, Fitted)>,
     pub failed: Vec<FailedContender>,
 }
 
-/// Fits each contender. The error of the first one is that of all where none can be fitted.
+/// Fits each contender. If none can be fitted, the error of the first is returned.
 pub(super) fn all(
     request: &CompareRequest,
     named: &[Named],
@@ -41,7 +41,7 @@ pub(super) fn all(
     let mut first_error = None;
     for (k, one) in named.iter().enumerate() {
         let failed = |reason| FailedContender { label: label(k), name: one.name.clone(), reason };
-        // Whoever stopped one does not wait for the next.
+        // After a cancelled fit the remaining contenders are not fitted.
         if k > 0 && session.listener.is_stopped() {
             fits.failed.push(failed("not fitted: stopped by Ctrl-C".to_owned()));
             continue;
@@ -77,7 +77,7 @@ fn request_of(
     fitting
 }
 
-/// Where a contender's finished work is kept: beside the results, by its letter.
+/// The journal of a contender: beside the results, by its letter.
 fn kept(keep: &Keep, place: usize) -> Keep {
     let out = keep.out.as_ref().map(|out| {
         let mut name = out.file_name().unwrap_or_default().to_owned();
@@ -87,26 +87,26 @@ fn kept(keep: &Keep, place: usize) -> Keep {
     Keep::new(out, keep.resume)
 }
 
-/// Why a contender has no fit, in a line.
+/// The reason why a contender has no fit, in one line.
 fn reason(error: &WorkError) -> String {
     let first = error.mistakes().into_iter().next();
     let words = first.map_or_else(|| error.to_string(), |mistake| mistake.message);
     words.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A mistake, with whose it is; diagnostics have their places.
+/// A mistake with the contender's name; diagnostics have their spans.
 fn of_contender(name: &str, error: WorkError) -> WorkError {
-    let told = |words: &str| format!("`{name}`: {words}");
+    let prefixed = |words: &str| format!("`{name}`: {words}");
     match error {
         WorkError::Diagnosed { .. } => error,
-        WorkError::Found(words) => WorkError::Found(told(&words)),
-        WorkError::Usage(words) => WorkError::Usage(told(&words)),
-        WorkError::Computation(words) => WorkError::Computation(told(&words)),
-        WorkError::Interrupted(words) => WorkError::Interrupted(told(&words)),
+        WorkError::Found(words) => WorkError::Found(prefixed(&words)),
+        WorkError::Usage(words) => WorkError::Usage(prefixed(&words)),
+        WorkError::Computation(words) => WorkError::Computation(prefixed(&words)),
+        WorkError::Interrupted(words) => WorkError::Interrupted(prefixed(&words)),
     }
 }
 
-/// Gives each contender the settings that it knows. One that no contender knows is the mistake of the first.
+/// Passes each contender the settings that it declares. A setting that none declares is an error of the first.
 pub(super) fn set(
     named: &mut [Named],
     settings: &[String],
@@ -121,7 +121,7 @@ pub(super) fn set(
             match load(&one.model, &choices, &Directions::None, session) {
                 Ok(_) => known.push(k),
                 Err(error) => {
-                    // What is wrong without it, is said without it.
+                    // Report mistakes that exist without the setting first.
                     load(&one.model, &one.choices, &Directions::None, session)?;
                     first_error.get_or_insert(error);
                 }
@@ -137,7 +137,7 @@ pub(super) fn set(
     Ok(())
 }
 
-/// Checks that there can be something to go on from.
+/// Checks the options for resuming.
 pub(super) fn verify(request: &CompareRequest) -> Result<(), WorkError> {
     keeping::verify(&request.keep)
 }

@@ -1,4 +1,4 @@
-//! Models, variants, effects and results side by side on the same recordings.
+//! Compares models, variants, effects and results on the same recordings.
 //!
 //! ```text
 //!   CompareRequest ─ contender ─► model and choices ─ fitting ─► each fitted alike
@@ -47,24 +47,24 @@ pub struct Comparison {
     pub contenders: Vec<Contender>,
     /// Those that could not be fitted.
     pub failed: Vec<FailedContender>,
-    /// Those of which one is a special case of another.
+    /// Pairs in which one is a special case of the other.
     pub ratios: Vec<LikelihoodRatio>,
-    /// What it was made of; models have their digests with the contenders.
+    /// Versions and digests of the inputs; contenders hold the digests of the models.
     pub provenance: Provenance,
     common: Common,
     command: String,
 }
 
-/// One of what is compared.
+/// A contender.
 #[non_exhaustive]
 pub struct Contender {
-    /// A letter, by which tables call it.
+    /// Its letter in tables.
     pub label: String,
-    /// As it was asked for.
+    /// As it was requested.
     pub name: String,
     /// Its fit.
     pub fitted: Fitted,
-    /// How well it does on the training recordings, and what that takes.
+    /// Its likelihood on the training recordings, and the number of estimates.
     pub score: Score,
     named: Named,
 }
@@ -73,8 +73,8 @@ pub struct Contender {
 ///
 /// # Errors
 ///
-/// [`WorkError`]: a contender is missing or has mistakes, none can be fitted, or they have no output in common. One that
-/// cannot be fitted beside others that can is [`Comparison::failed`].
+/// [`WorkError`]: a contender is missing or has mistakes, none can be fitted, or they have no output in common. If only
+/// some cannot be fitted, they are in [`Comparison::failed`].
 pub fn compare(request: &CompareRequest, session: Session<'_>) -> Result<Comparison, WorkError> {
     fitting::verify(request)?;
     let mut named = contender::all(&request.contenders, session.files)?;
@@ -86,7 +86,7 @@ pub fn compare(request: &CompareRequest, session: Session<'_>) -> Result<Compari
     let common = Common::of(&fits)?;
     let score = |(k, fitted): (usize, &Fitted)| common.score(k, &fitted.estimates);
     let scores: Vec<Score> = fits.iter().enumerate().map(score).collect();
-    // The first of the fitted ones may not be the first that was named.
+    // The first fitted contender may not be the first in the request.
     let is_first_within = request.nested && places.first() == Some(&0);
     let ratios = ratio::all(&named, &scores, is_first_within);
     let mut provenance = fits[0].provenance.clone();
@@ -115,32 +115,35 @@ fn label(k: usize) -> String {
     if k < 26 { letter.to_string() } else { format!("{letter}{}", k / 26) }
 }
 
-/// The outputs to fit: none, which means all, where all contenders have the same ones.
+/// The outputs to fit: an empty list, which means all, if all contenders have the same ones.
 fn common_outputs(named: &[Named], session: Session<'_>) -> Result<Vec<String>, WorkError> {
-    let mut all: Vec<Vec<String>> = Vec::with_capacity(named.len());
+    let mut outputs_of_all: Vec<Vec<String>> = Vec::with_capacity(named.len());
     for one in named {
         let loaded = load(&one.model, &one.choices, &Directions::None, session)?;
         let outputs = loaded.compiled.dae.outputs.iter();
-        all.push(outputs.map(|output| output.declared.name.clone()).collect());
+        outputs_of_all.push(outputs.map(|output| output.declared.name.clone()).collect());
     }
     let has = |names: &Vec<String>, name: &String| names.contains(name);
-    let common: Vec<String> =
-        all[0].iter().filter(|name| all.iter().all(|names| has(names, name))).cloned().collect();
+    let common: Vec<String> = outputs_of_all[0]
+        .iter()
+        .filter(|name| outputs_of_all.iter().all(|names| has(names, name)))
+        .cloned()
+        .collect();
     if common.is_empty() {
         let message = "the contenders have no output of one name: nothing can be compared";
         return Err(WorkError::Found(message.to_owned()));
     }
-    let are_same = all.iter().all(|names| names.len() == common.len());
+    let are_same = outputs_of_all.iter().all(|names| names.len() == common.len());
     Ok(if are_same { Vec::new() } else { common })
 }
 
 impl Comparison {
-    /// Outputs that are compared, with the unit of their errors, in that of the first contender.
+    /// Outputs that are compared, with the unit of their residuals: that of the first contender.
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &str)> {
         self.common.outputs.iter().map(|output| (output.name.as_str(), output.unit.as_str()))
     }
 
-    /// How an output of a contender agrees with the samples that all contenders are judged by.
+    /// The agreement of an output of a contender with the samples common to all contenders.
     pub(crate) fn agreement(
         &self,
         contender: usize,
@@ -150,7 +153,7 @@ impl Comparison {
         self.common.agreement(contender, output, is_valid)
     }
 
-    /// Geometric mean over the outputs of a contender's errors over those of the first one.
+    /// Geometric mean over the outputs of a contender's residuals relative to those of the first one.
     pub fn relative_error(&self, contender: usize, is_valid: bool) -> Option<f64> {
         let rms = |k: usize, i: usize| Some(self.agreement(k, i, is_valid)?.rms);
         let logs = (0..self.common.outputs.len())
@@ -160,13 +163,13 @@ impl Comparison {
         (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
     }
 
-    /// The contender for which a number is least, if there is one.
+    /// The contender with the smallest number, if any.
     fn least(&self, number: impl Fn(usize) -> Option<f64>) -> Option<usize> {
         let numbers = (0..self.contenders.len()).filter_map(|k| Some((k, number(k)?)));
         numbers.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
     }
 
-    /// For programs.
+    /// As JSON.
     pub fn to_json(&self) -> Value {
         let contenders: Vec<Value> =
             (0..self.contenders.len()).map(|k| summary::entry(self, k)).collect();
@@ -180,7 +183,7 @@ impl Comparison {
                 "p_value": one.p_value,
             })
         };
-        let mut all = json!({
+        let mut result = json!({
             "contenders": contenders,
             "failed": self.failed.iter().map(summary::failed_entry).collect::<Vec<_>>(),
             "samples": self.common.samples(),
@@ -191,11 +194,11 @@ impl Comparison {
                 "valid": name(self.least(|k| self.relative_error(k, true))),
             },
         });
-        self.provenance.push_json(&mut all);
-        all
+        self.provenance.push_json(&mut result);
+        result
     }
 
-    /// For people.
+    /// As text.
     pub fn to_text(&self) -> String {
         summary::text(self)
     }
@@ -205,8 +208,8 @@ impl Comparison {
         page::write(self)
     }
 
-    /// Each output as measured and by each contender, and what is left, in the first validation recording, or the
-    /// first of training where there is none.
+    /// Each output as measured and by each contender, and the residuals, for the first validation recording, or the
+    /// first training recording if there is none.
     pub fn figure(&self) -> Figure {
         figure::figure(self)
     }
@@ -220,8 +223,8 @@ impl Comparison {
         files
     }
 
-    /// How it ended: badly where a contender failed or did not converge. Where it can be gone on from, what all
-    /// contenders have kept is left.
+    /// The outcome: a failure if a contender failed or did not converge. If the comparison can be resumed, all journals
+    /// stay.
     pub fn ended(&self) -> Ended {
         let ends = self.contenders.iter().map(|one| (&one.name, one.fitted.ended(None)));
         let ended = ends.fold(Ended::Done, |first, (name, ended)| match (first, ended) {
@@ -238,7 +241,7 @@ impl Comparison {
         }
     }
 
-    /// Leaves what the fits have kept, where there is any: the same request, resumed, has their results at once.
+    /// Keeps the journals of the fits, if any, so that the same request with `--resume` has their results at once.
     pub fn leave(&self) {
         self.contenders.iter().for_each(|one| one.fitted.leave());
     }

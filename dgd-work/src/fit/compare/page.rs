@@ -1,4 +1,4 @@
-//! The page of a comparison: who does best, then tables and curves.
+//! The page of a comparison: the best contender, then tables and curves.
 
 use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
 

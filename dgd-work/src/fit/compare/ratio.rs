@@ -1,7 +1,7 @@
-//! Likelihood ratios of contenders of which one is a special case of the other.
+//! Likelihood ratios of nested contenders.
 //!
 //! ```text
-//!   2 ln (L₁/L₀) ~ χ²   with as many degrees of freedom as the larger one has more estimates
+//!   2 ln (L₁/L₀) ~ χ²   with as many degrees of freedom as the larger model has additional estimates
 //! ```
 //!
 //! Source: Wilks, Ann. Math. Statist. 9 (1938) 60–62. Where the special case is at a bound of the larger one, the true
@@ -12,7 +12,7 @@ use dgd_screen::distribution::chi_square_tail;
 use super::contender::Named;
 use super::score::Score;
 
-/// Whether the larger of two contenders does better than chance.
+/// Whether the larger of two contenders fits better than chance would explain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct LikelihoodRatio {
@@ -22,36 +22,37 @@ pub struct LikelihoodRatio {
     pub alternative: usize,
     /// 2 ln (L₁/L₀).
     pub statistic: f64,
-    /// How many more estimates the larger one has.
+    /// Number of additional estimates of the larger one.
     pub degrees_of_freedom: usize,
-    /// Probability that the larger one does so much better by chance.
+    /// Probability of such an improvement by chance.
     pub p_value: f64,
 }
 
-/// Of all pairs that are nested by their effects; of the first with each other one where the user says that it is a
-/// special case of them.
+/// The ratios of all pairs that are nested by their effects, and of the first contender with each other one if the user
+/// says that it is a special case of them.
 pub(super) fn all(
     named: &[Named],
     scores: &[Score],
     is_first_within: bool,
 ) -> Vec<LikelihoodRatio> {
-    let mut found = Vec::new();
+    let mut ratios = Vec::new();
     for (null, one) in named.iter().enumerate() {
         for (alternative, other) in named.iter().enumerate() {
             let is_nested =
                 one.is_within(other) || (is_first_within && null == 0 && alternative > 0);
             if is_nested {
-                found.extend(of(null, alternative, scores));
+                ratios.extend(of(null, alternative, scores));
             }
         }
     }
-    found
+    ratios
 }
 
 fn of(null: usize, alternative: usize, scores: &[Score]) -> Option<LikelihoodRatio> {
     let (small, large) = (&scores[null], &scores[alternative]);
-    let all = |score: &Score| score.estimates + score.at_bounds;
-    let degrees_of_freedom = all(large).checked_sub(all(small)).filter(|n| *n > 0)?;
+    let free_and_bound = |score: &Score| score.estimates + score.at_bounds;
+    let degrees_of_freedom =
+        free_and_bound(large).checked_sub(free_and_bound(small)).filter(|n| *n > 0)?;
     let statistic = small.deviance? - large.deviance?;
     let p_value = chi_square_tail(statistic, degrees_of_freedom as f64);
     Some(LikelihoodRatio { null, alternative, statistic, degrees_of_freedom, p_value })
@@ -69,10 +70,10 @@ mod tests {
             at_bounds: 0,
             samples: 100,
         };
-        // χ²₂ beyond 5.991: one of twenty.
+        // χ²₂ beyond 5.991: probability 0.05.
         let scores = [score(105.991_464_5, 3), score(100.0, 5), score(90.0, 3)];
-        let found = of(0, 1, &scores).expect("a ratio");
-        assert!((found.p_value - 0.05).abs() < 1e-6 && found.degrees_of_freedom == 2, "{found:?}");
+        let ratio = of(0, 1, &scores).expect("a ratio");
+        assert!((ratio.p_value - 0.05).abs() < 1e-6 && ratio.degrees_of_freedom == 2, "{ratio:?}");
         assert_eq!(of(0, 2, &scores), None);
         assert_eq!(of(1, 0, &scores), None);
     }

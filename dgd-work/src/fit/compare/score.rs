@@ -1,13 +1,13 @@
-//! How well contenders do on the samples that all of them are judged by, and what that takes.
+//! The likelihood of contenders on the samples common to all, and information criteria.
 //!
 //! ```text
 //!   −2 ln L = Σ n (ln(2π Σe²/n) + 1)      over the outputs, each with a noise of its own
 //!   AIC = −2 ln L + 2 k                   BIC = −2 ln L + k ln N
 //! ```
 //!
-//! k counts parameters and start values that were estimated and are not at a bound, and a noise for each output; N all
-//! samples. Residuals are taken as white and normally distributed. An output whose readings have standard deviations of
-//! their own, by a formula or recorded, counts by their density instead, and has no noise besides.
+//! k counts the parameters and initial values that were estimated and are not at a bound, and a noise for each output;
+//! N counts all samples. Residuals are assumed white and normally distributed. Outputs whose readings have standard
+//! deviations of their own, by a formula or recorded, contribute the density of each reading instead, and no noise.
 //!
 //! Sources: Akaike, IEEE Trans. Automat. Contr. 19 (1974) 716–723; Schwarz, Ann. Statist. 6 (1978) 461–464.
 
@@ -25,38 +25,38 @@ use crate::output::quantity::of_differences;
 #[derive(Debug, Clone)]
 pub(super) struct CommonOutput {
     pub name: String,
-    /// The unit of its errors: that of the first contender.
+    /// Unit of its residuals: that of the first contender.
     pub unit: String,
-    /// For each contender its position, and what its numbers are multiplied by to be in that unit.
+    /// By contender: index of the output, and the factor that converts its numbers to that unit.
     pub places: Vec<(usize, f64)>,
 }
 
-/// Measured and left over, sample by sample, of one contender and one output.
+/// Measurements and residuals of one contender and one output.
 #[derive(Debug, Clone, Default)]
 struct Samples {
     measured: Vec<f64>,
     residuals: Vec<f64>,
-    /// −2 ln of the density of each, where they have standard deviations of their own.
+    /// −2 ln of the density of each reading, if the readings have standard deviations of their own.
     deviances: Option<Vec<f64>>,
 }
 
-/// The samples that all contenders are judged by.
+/// The samples common to all contenders.
 #[derive(Debug, Clone)]
 pub(super) struct Common {
     pub outputs: Vec<CommonOutput>,
-    /// Of training and validation, by contender and output.
+    /// Training and validation samples, by contender and output.
     samples: [Vec<Vec<Samples>>; 2],
 }
 
-/// How well a contender does in training, and what that takes.
+/// Likelihood of a contender in training, and the number of its estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Score {
-    /// −2 ln L; none where an output is followed without any error.
+    /// −2 ln L; none if an output is matched without any error.
     pub deviance: Option<f64>,
-    /// Parameters, start values and noises that were estimated and are not at a bound.
+    /// Estimated parameters, initial values and noises that are not at a bound.
     pub estimates: usize,
-    /// Those at a bound.
+    /// Estimates at a bound.
     pub at_bounds: usize,
     /// Samples of all outputs.
     pub samples: usize,
@@ -75,7 +75,7 @@ impl Score {
 }
 
 impl Common {
-    /// Of fits to the same recordings.
+    /// The samples common to fits of the same recordings.
     pub(super) fn of(fits: &[Fitted]) -> Result<Common, WorkError> {
         let first = &fits[0];
         verify_recordings(fits)?;
@@ -85,10 +85,10 @@ impl Common {
         let outputs = first.signature.outputs.iter().enumerate();
         let outputs = outputs.filter(|(i, _)| is_measured(*i)).filter_map(|(_, output)| {
             let place = |fitted: &Fitted| {
-                let mut all = fitted.signature.outputs.iter();
-                let i = all.position(|other| other.name == output.name)?;
-                let own = &fitted.signature.outputs[i].unit;
-                Some((i, own.factor / output.unit.factor))
+                let mut outputs = fitted.signature.outputs.iter();
+                let i = outputs.position(|other| other.name == output.name)?;
+                let unit = &fitted.signature.outputs[i].unit;
+                Some((i, unit.factor / output.unit.factor))
             };
             let places: Option<Vec<(usize, f64)>> = fits.iter().map(place).collect();
             let unit = of_differences(&output.unit).symbol.to_string();
@@ -101,10 +101,10 @@ impl Common {
             return Err(WorkError::Found(message.to_owned()));
         }
         let samples = [false, true].map(|is_valid| {
-            let of = |k: usize| -> Vec<Samples> {
+            let of_contender = |k: usize| -> Vec<Samples> {
                 outputs.iter().map(|output| samples(fits, output, k, is_valid)).collect()
             };
-            (0..fits.len()).map(of).collect()
+            (0..fits.len()).map(of_contender).collect()
         });
         Ok(Common { outputs, samples })
     }
@@ -114,7 +114,7 @@ impl Common {
         self.samples[0][0].iter().map(|one| one.residuals.len()).sum()
     }
 
-    /// Of a contender with these parameters and start values.
+    /// The score of a contender with these parameters and initial values.
     pub(super) fn score(&self, contender: usize, estimates: &[Estimate]) -> Score {
         let outputs = &self.samples[0][contender];
         let deviance = deviance(outputs.iter());
@@ -138,7 +138,7 @@ impl Common {
 
 /// −2 ln L of residuals, output by output.
 fn deviance<'a>(outputs: impl Iterator<Item = &'a Samples>) -> Option<f64> {
-    let of = |Samples { residuals, deviances, .. }: &Samples| -> f64 {
+    let deviance_of = |Samples { residuals, deviances, .. }: &Samples| -> f64 {
         if let Some(deviances) = deviances {
             return deviances.iter().sum();
         }
@@ -146,11 +146,11 @@ fn deviance<'a>(outputs: impl Iterator<Item = &'a Samples>) -> Option<f64> {
         let mean_square = residuals.iter().map(|e| e * e).sum::<f64>() / n;
         n * ((2.0 * PI * mean_square).ln() + 1.0)
     };
-    let sum: f64 = outputs.filter(|one| !one.residuals.is_empty()).map(of).sum();
+    let sum: f64 = outputs.filter(|one| !one.residuals.is_empty()).map(deviance_of).sum();
     sum.is_finite().then_some(sum)
 }
 
-/// Recordings have one time for all.
+/// Checks that the recordings have the same sample times in all fits.
 fn verify_recordings(fits: &[Fitted]) -> Result<(), WorkError> {
     let times = |fitted: &Fitted| -> Vec<Vec<f64>> {
         fitted.traces.iter().map(|trace| trace.times.clone()).collect()
@@ -164,34 +164,38 @@ fn verify_recordings(fits: &[Fitted]) -> Result<(), WorkError> {
     Err(WorkError::Found(message.to_owned()))
 }
 
-/// The samples of a contender that count for all contenders.
+/// The samples of a contender that all contenders have.
 fn samples(fits: &[Fitted], output: &CommonOutput, contender: usize, is_valid: bool) -> Samples {
-    let mut found = Samples::default();
-    let of = |k: usize| fits[k].traces.iter().filter(move |trace| trace.is_valid == is_valid);
+    let mut common = Samples::default();
+    let traces_of =
+        |k: usize| fits[k].traces.iter().filter(move |trace| trace.is_valid == is_valid);
     let residuals = |trace: &Trace, k: usize| -> Option<Vec<f64>> {
         let (i, factor) = output.places[k];
         Some(trace.residuals[i].as_ref()?.iter().map(|e| e * factor).collect())
     };
-    for (r, trace) in of(contender).enumerate() {
-        let all: Option<Vec<Vec<f64>>> =
-            (0..fits.len()).map(|k| residuals(of(k).nth(r)?, k)).collect();
+    for (r, trace) in traces_of(contender).enumerate() {
+        let residuals_of_all: Option<Vec<Vec<f64>>> =
+            (0..fits.len()).map(|k| residuals(traces_of(k).nth(r)?, k)).collect();
         let (i, factor) = output.places[contender];
-        let (Some(all), Some(measured)) = (all, &trace.measured[i]) else { continue };
-        // Densities are per SI unit, and errors in the unit of the first contender.
+        let (Some(residuals_of_all), Some(measured)) = (residuals_of_all, &trace.measured[i])
+        else {
+            continue;
+        };
+        // Densities are per SI unit; residuals are in the unit of the first contender.
         let unit = fits[contender].signature.outputs[i].unit.factor / factor;
         let in_unit = 2.0 * unit.abs().ln();
         for (k, y) in measured.iter().enumerate() {
-            if all.iter().all(|one| one[k].is_finite()) {
+            if residuals_of_all.iter().all(|one| one[k].is_finite()) {
                 // A constant offset of the unit does not change a fit.
-                found.measured.push(y * factor);
-                found.residuals.push(all[contender][k]);
+                common.measured.push(y * factor);
+                common.residuals.push(residuals_of_all[contender][k]);
                 if let Some(deviances) = &trace.deviances[i] {
-                    found.deviances.get_or_insert_default().push(deviances[k] - in_unit);
+                    common.deviances.get_or_insert_default().push(deviances[k] - in_unit);
                 }
             }
         }
     }
-    found
+    common
 }
 
 #[cfg(test)]
@@ -200,7 +204,7 @@ mod tests {
 
     #[test]
     fn the_likelihood_is_that_of_normal_residuals() {
-        // By the density of each residual, with the standard deviation that makes all most likely.
+        // Densities of the residuals, with the standard deviation that maximises the likelihood.
         let residuals = [[1.0, -2.0, 0.5, 1.5].as_slice(), &[10.0, -20.0]];
         let by_density: f64 = residuals
             .iter()
@@ -212,8 +216,8 @@ mod tests {
             })
             .sum();
         let samples = |e: &[f64]| Samples { residuals: e.to_vec(), ..Samples::default() };
-        let found = deviance(residuals.map(samples).iter()).expect("a number");
-        assert!((found - by_density).abs() < 1e-12, "{found} {by_density}");
+        let computed = deviance(residuals.map(samples).iter()).expect("a number");
+        assert!((computed - by_density).abs() < 1e-12, "{computed} {by_density}");
         assert_eq!(deviance([samples(&[0.0, 0.0])].iter()), None);
     }
 

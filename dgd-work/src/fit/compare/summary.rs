@@ -1,4 +1,4 @@
-//! What a comparison says, on a terminal and to programs.
+//! The summary of a comparison, as text and JSON.
 
 use std::fmt::Write as _;
 
@@ -46,7 +46,7 @@ pub(super) fn entry(all: &Comparison, k: usize) -> Value {
     })
 }
 
-/// One that could not be fitted, for programs.
+/// A contender that could not be fitted, for programs.
 pub(super) fn failed_entry(failed: &FailedContender) -> Value {
     json!({ "name": failed.name, "reason": failed.reason })
 }
@@ -60,7 +60,7 @@ fn told(agreement: Agreement) -> Value {
     })
 }
 
-/// What the numbers come to, in a sentence.
+/// The conclusion, in a sentence.
 pub(super) fn sentence(all: &Comparison) -> String {
     let name = |k: usize| format!("`{}`", all.contenders[k].name);
     let by_bic = all.least(|k| all.contenders[k].score.bic());
@@ -109,33 +109,34 @@ pub(super) struct ParameterRow {
     pub values: Vec<Option<Quantity>>,
 }
 
-/// The parameters of all contenders, in the order in which they first come.
+/// The parameters of all contenders, in order of first appearance.
 pub(super) fn parameters(all: &Comparison) -> Vec<ParameterRow> {
-    let of = |k: usize| all.contenders[k].fitted.to_json()["parameters"].as_object();
+    let parameters_of = |k: usize| all.contenders[k].fitted.to_json()["parameters"].as_object();
     let mut rows: Vec<ParameterRow> = Vec::new();
     for k in 0..all.contenders.len() {
-        for (name, entry) in of(k).into_iter().flatten() {
+        for (name, entry) in parameters_of(k).into_iter().flatten() {
             let unit = entry["unit"].as_str().unwrap_or_default();
-            let at = rows.iter().position(|row| row.name == *name && row.unit == unit);
-            let at = at.unwrap_or_else(|| {
+            let position = rows.iter().position(|row| row.name == *name && row.unit == unit);
+            let position = position.unwrap_or_else(|| {
                 let values = vec![None; all.contenders.len()];
                 rows.push(ParameterRow { name: name.clone(), unit: unit.to_owned(), values });
                 rows.len() - 1
             });
             let std = entry["std"].as_f64().unwrap_or(f64::NAN);
-            rows[at].values[k] = entry["value"].as_f64().map(|value| Quantity::with(value, std));
+            rows[position].values[k] =
+                entry["value"].as_f64().map(|value| Quantity::with(value, std));
         }
     }
     rows
 }
 
-/// Tables, then what they come to.
+/// Tables, then the conclusion.
 pub(super) fn text(all: &Comparison) -> String {
     let mut text = String::new();
     let number = |value: Option<f64>, digits| {
         value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
     };
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let mut names: Vec<(&String, String)> =
         all.contenders.iter().map(|one| (&one.label, one.name.clone())).collect();
     let failed = all.failed.iter();

@@ -1,17 +1,17 @@
-//! What the residuals of the training recordings still have in common with themselves and with the inputs.
+//! Autocorrelation of the residuals of the training recordings, and their correlation with inputs.
 
 use dgd_runtime::Signature;
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 
 use super::traces::Trace;
 
-/// Lags that are tested, in samples.
+/// Tested lags, in samples.
 const LAGS: usize = 25;
 
-/// A test fails where chance alone fails one of all the tests this often.
+/// Significance level of all tests together.
 const RARE: f64 = 0.01;
 
-/// By output; nothing where too little was measured.
+/// By output; `None` for outputs with too few samples.
 pub(super) struct Diagnosis {
     pub outputs: Vec<Tested>,
 }
@@ -21,13 +21,13 @@ pub(super) struct Tested {
     pub whiteness: Option<Portmanteau>,
     /// By input.
     pub inputs: Vec<Option<CrossCorrelation>>,
-    /// The usual spacing of the samples, s.
+    /// The typical sample interval, s.
     pub spacing: f64,
 }
 
 impl Diagnosis {
     pub(super) fn of(signature: &Signature, traces: &[Trace]) -> Self {
-        let of = |i: usize| {
+        let tests_of = |i: usize| {
             let runs = || traces.iter().filter(|trace| !trace.is_valid);
             let runs: Vec<(&Trace, &[f64])> =
                 runs().filter_map(|trace| Some((trace, trace.tested[i].as_deref()?))).collect();
@@ -45,10 +45,10 @@ impl Diagnosis {
                 spacing: spacing.unwrap_or(1.0),
             }
         };
-        Diagnosis { outputs: (0..signature.outputs.len()).map(of).collect() }
+        Diagnosis { outputs: (0..signature.outputs.len()).map(tests_of).collect() }
     }
 
-    /// How many outputs were tested for whiteness.
+    /// Number of outputs tested for whiteness.
     pub(super) fn tested(&self) -> usize {
         self.outputs.iter().filter(|tested| tested.whiteness.is_some()).count()
     }

@@ -1,4 +1,4 @@
-//! The first thing that the page of a fit says: whether it converged, whether it fits, what not to believe.
+//! The headline of the page of a fit: whether it converged, whether it fits, what to doubt.
 
 use dgd_page::{Markup, Tone};
 use dgd_runtime::Signature;
@@ -11,24 +11,25 @@ use crate::fit::report::outcome::CORRELATED;
 use crate::output::page::told;
 use crate::output::quantity::short;
 
-/// Errors in validation larger than those in training by this factor are pointed out.
+/// Validation residuals larger than those in training by this factor are pointed out.
 const WORSE: f64 = 1.5;
 
-/// What stands at the top.
+/// The top of the page.
 pub(super) struct Headline {
     pub sentence: Markup,
     pub tone: Tone,
-    /// What not to believe, as a list.
+    /// Doubts, as a list.
     pub doubts: Markup,
-    /// How the search ended.
+    /// The outcome of the search.
     pub end: Markup,
 }
 
 pub(super) fn headline(json: &Value, signature: &Signature, diagnosis: &Diagnosis) -> Headline {
     let names = |outputs: &[usize]| quoted(outputs.iter().map(|i| &*signature.outputs[*i].name));
-    let all = || 0..signature.outputs.len();
-    let dependent: Vec<usize> = all().filter(|i| !diagnosis.depends_on(*i).is_empty()).collect();
-    let coloured: Vec<usize> = all().filter(|i| diagnosis.is_coloured(*i)).collect();
+    let all_outputs = || 0..signature.outputs.len();
+    let dependent: Vec<usize> =
+        all_outputs().filter(|i| !diagnosis.depends_on(*i).is_empty()).collect();
+    let coloured: Vec<usize> = all_outputs().filter(|i| diagnosis.is_coloured(*i)).collect();
     let (sentence, tone) = if json["converged"] != true {
         ("Not converged: do not use these values".to_owned(), Tone::Doubt)
     } else if let Some(words) = why_bad(json) {
@@ -96,7 +97,7 @@ fn worse(json: &Value) -> Option<String> {
         .then(|| format!("Errors are larger in validation than in training: {}.", worse.join(", ")))
 }
 
-/// How the search ended, in numbers.
+/// The outcome of the search, in numbers.
 fn end(json: &Value) -> String {
     let mut parts = Vec::new();
     let mut push = |key: &str, name: &str| {
@@ -110,7 +111,7 @@ fn end(json: &Value) -> String {
     push("evaluations", "simulations or evaluations:");
     for (key, name) in [("aicc", "AICc"), ("bic", "BIC")] {
         if let Some(value) = json[key].as_f64() {
-            // Differences of a few units count, however large it is.
+            // Differences of a few units matter, however large the value is.
             parts.push(format!("{name} {value:.1}"));
         }
     }

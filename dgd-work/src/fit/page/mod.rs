@@ -1,4 +1,4 @@
-//! `report.html` of a fit: what to believe of it, measured against simulated, residuals, parameters.
+//! `report.html` of a fit: what to trust, measured against simulated, residuals, parameters.
 //!
 //! ```text
 //!   result.json ──► headline, tables of outputs and parameters
@@ -45,7 +45,7 @@ pub(super) fn write(fitted: &Fitted) -> String {
             "Profiles",
             fitted.figures.iter().filter(|figure| figure.of.is_some()).collect::<Vec<_>>(),
         ),
-        // Of estimators that simulate this is what was shown above.
+        // For estimators that simulate, the figures above already show this.
         (
             "By rows, as the estimator sees them",
             fitted
@@ -72,7 +72,7 @@ pub(super) fn write(fitted: &Fitted) -> String {
     page.finish(&origin(&fitted.provenance, &fitted.command))
 }
 
-/// How each output agrees with what was measured, in training and in validation.
+/// The agreement of each output with measurements, in training and in validation.
 fn outputs(fitted: &Fitted) -> Markup {
     let head = [
         "output",
@@ -104,7 +104,7 @@ fn outputs(fitted: &Fitted) -> Markup {
     if table.is_empty() { table } else { table.then(&Markup::text(note).caption()) }
 }
 
-/// How an output agrees with all recordings of a set, where samples count.
+/// The agreement of an output with all recordings of a set, over the samples that count.
 pub(super) fn agreement(traces: &[Trace], output: usize, is_valid: bool) -> Option<Agreement> {
     let mut pairs = Vec::new();
     for trace in traces.iter().filter(|trace| trace.is_valid == is_valid) {
@@ -117,7 +117,7 @@ pub(super) fn agreement(traces: &[Trace], output: usize, is_valid: bool) -> Opti
     Agreement::of(pairs.into_iter())
 }
 
-/// One recording: its inputs, each output measured and simulated, and what is left.
+/// One recording: its inputs, each output measured and simulated, and the residuals.
 fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
     let role = if trace.is_valid { "validation" } else { "training" };
     let line = |name: &str, values: &[f64], meaning| Line {
@@ -165,12 +165,12 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
     page.push_section(&format!("`{}`, {role}", trace.name), &[curves, errors]);
 }
 
-/// A figure of such panels, none without any.
+/// A figure of panels.
 fn grid(x_label: Text, panels: Vec<dgd_plot::Panel>) -> Figure {
     Figure::new(x_label, panels)
 }
 
-/// A cell of words that may be long.
+/// A cell for a remark, which may be long.
 fn remark(words: &str) -> Cell {
     Cell::text(Markup::prose(words))
 }

@@ -1,4 +1,4 @@
-//! Tables of the estimates: values, what not to believe, correlation, what determines them.
+//! Tables of the estimates: values, doubts, correlations, sources of information.
 
 use dgd_page::{Markup, Table, heat_map};
 use serde_json::Value;
@@ -7,21 +7,21 @@ use super::remark;
 use crate::output::page::{count, name, number, unit};
 use crate::output::quantity::{Quantity, rounded, short};
 
-/// A relative standard deviation above this is pointed out.
+/// A larger relative standard deviation is pointed out.
 const VAGUE: f64 = 0.5;
 
-/// The entries of an object, none where it is not one.
+/// The entries of an object; none for other values.
 fn entries(value: &Value) -> impl Iterator<Item = (&String, &Value)> {
     value.as_object().into_iter().flatten()
 }
 
-/// Standard deviation over the size of the value.
+/// Standard deviation relative to the magnitude of the value.
 fn relative(entry: &Value) -> Option<f64> {
     let (std, value) = (entry["std"].as_f64()?, entry["value"].as_f64()?);
     (value != 0.0).then(|| std / value.abs())
 }
 
-/// Why an estimate is not to be believed.
+/// The reason to doubt an estimate.
 fn doubt(entry: &Value) -> Option<String> {
     if let Some(bound) = entry["at_bound"].as_str() {
         return Some(format!("at its {bound} bound"));
@@ -35,7 +35,7 @@ fn doubt(entry: &Value) -> Option<String> {
     }
 }
 
-/// Which parameters not to believe, in a sentence.
+/// The parameters to doubt, in a sentence.
 pub(super) fn doubtful(json: &Value, correlated: f64) -> String {
     let mut doubts: Vec<String> = entries(&json["parameters"])
         .filter_map(|(name, entry)| Some(format!("`{name}` ({})", doubt(entry)?)))
@@ -105,29 +105,29 @@ fn push_rows(table: &mut Table, values: &Value) {
     }
 }
 
-/// The parameters that were estimated.
+/// The estimated parameters.
 pub(super) fn table(json: &Value) -> Markup {
     let mut table = Table::new("Estimated parameters", &HEAD);
     push_rows(&mut table, &json["parameters"]);
     table.to_markup()
 }
 
-/// Start values that were estimated, recording by recording.
+/// Estimated initial values, recording by recording.
 pub(super) fn starts(json: &Value) -> Markup {
-    let mut all = Markup::default();
+    let mut tables = Markup::default();
     for of in json["starts"].as_array().into_iter().flatten() {
         let data = of["data"].as_str().unwrap_or_default();
         let mut table = Table::new(&format!("Start values of {data}"), &HEAD);
         push_rows(&mut table, &of["values"]);
         if !table.rows.is_empty() {
             let heading = format!("<h3>Start values of {}</h3>\n", Markup::code(data));
-            all = all.then(&Markup::trusted(heading)).then(&table.to_markup());
+            tables = tables.then(&Markup::trusted(heading)).then(&table.to_markup());
         }
     }
-    all
+    tables
 }
 
-/// The matrix in colours: strong correlations are seen at once.
+/// The correlation matrix in colours, so that strong correlations stand out.
 pub(super) fn correlation(json: &Value) -> Markup {
     let names = names(json);
     if names.len() < 2 || json["correlation"].as_array().is_none_or(Vec::is_empty) {
@@ -138,7 +138,7 @@ pub(super) fn correlation(json: &Value) -> Markup {
     heat_map("Correlation of the estimates", &names, value).then(&Markup::text(note).caption())
 }
 
-/// What of each estimate comes from rest and from transients, and where most of it comes from.
+/// The information on each estimate from steady operation and from transients, and where most of it comes from.
 pub(super) fn information(json: &Value) -> Markup {
     let head = ["estimate", "at rest, %", "transients, %", "most at, s", "in", "of"];
     let mut table = Table::new("Which data determines the parameters", &head);
@@ -157,7 +157,7 @@ pub(super) fn information(json: &Value) -> Markup {
     table.to_markup()
 }
 
-/// Where the recordings rest.
+/// The steady operating points of the recordings.
 pub(super) fn operating_points(json: &Value) -> Markup {
     let points = json["operating_points"].as_array().map_or(&[][..], Vec::as_slice);
     let Some(first) = points.first() else { return Markup::default() };

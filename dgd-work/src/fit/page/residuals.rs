@@ -1,4 +1,4 @@
-//! Figures of the residuals of the training recordings: correlations, against inputs, and how they are distributed.
+//! Figures of the residuals of the training recordings: correlations, dependence on inputs, and distribution.
 
 use dgd_page::{Link, Markup, Page};
 use dgd_plot::{Envelope, Meaning, Panel, Series, Style, Text};
@@ -12,17 +12,17 @@ use super::traces::Trace;
 /// The unit of residuals over their standard deviations.
 pub(super) const UNIT: &str = "σ";
 
-/// The normal law beside residuals.
+/// The normal distribution drawn with residuals.
 const LAW: Meaning = Meaning::Variant(1);
 
-/// Points of a QQ picture.
+/// Points of a QQ plot.
 const QUANTILES: usize = 400;
 
-/// Standard deviations that the normal curve reaches to either side, and its points.
+/// Half width of the normal curve in standard deviations, and its points.
 const REACH: f64 = 4.0;
 const POINTS: usize = 121;
 
-/// Sections with all of them.
+/// Adds all sections.
 pub(super) fn push(
     page: &mut Page,
     signature: &Signature,
@@ -53,7 +53,7 @@ pub(super) fn push(
     push_distribution(page, signature, traces);
 }
 
-/// Correlations by lag, the first of which is so many samples.
+/// Correlations by lag; the first lag is `first` samples.
 fn lags(title: Text, values: &[f64], first: usize, limit: f64, spacing: f64) -> Panel {
     let x: Vec<f64> = (0..values.len()).map(|k| (k + first) as f64 * spacing).collect();
     let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
@@ -115,7 +115,7 @@ fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usiz
     page.chart(&figure, Link::Alone, &Markup::default())
 }
 
-/// Histograms beside the normal law, and quantiles against its quantiles.
+/// Histograms with the normal density, and QQ plots.
 fn push_distribution(page: &mut Page, signature: &Signature, traces: &[Trace]) {
     let (mut histograms, mut quantiles) = (Vec::new(), Vec::new());
     for (i, output) in signature.outputs.iter().enumerate() {
@@ -133,30 +133,30 @@ fn push_distribution(page: &mut Page, signature: &Signature, traces: &[Trace]) {
     page.push_section("Residuals: distribution", &[histogram, quantiles]);
 }
 
-/// Residuals of an output over their own standard deviations, less their mean and over their scatter.
+/// Residuals of an output over their own standard deviations, shifted to zero mean and scaled to unit variance.
 fn scaled(traces: &[Trace], output: usize) -> Option<Vec<f64>> {
     let training = traces.iter().filter(|trace| !trace.is_valid);
-    let all: Vec<f64> = training
+    let values: Vec<f64> = training
         .filter_map(|trace| trace.standard[output].as_ref())
         .flatten()
         .copied()
         .filter(|e| e.is_finite())
         .collect();
-    let n = all.len() as f64;
-    let mean = all.iter().sum::<f64>() / n;
-    let std = (all.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt();
-    (std > 0.0).then(|| all.iter().map(|e| (e - mean) / std).collect())
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let std = (values.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt();
+    (std > 0.0).then(|| values.iter().map(|e| (e - mean) / std).collect())
 }
 
 fn histogram_panel(title: Text, scaled: &[f64]) -> Option<Panel> {
-    let found = histogram(scaled)?;
-    let bins = found.edges.windows(2).zip(&found.density);
-    let (mut x, mut y) = (vec![found.edges[0]], vec![0.0]);
+    let bars = histogram(scaled)?;
+    let bins = bars.edges.windows(2).zip(&bars.density);
+    let (mut x, mut y) = (vec![bars.edges[0]], vec![0.0]);
     for (edges, density) in bins {
         x.extend_from_slice(edges);
         y.extend([*density; 2]);
     }
-    x.extend(found.edges.last());
+    x.extend(bars.edges.last());
     y.push(0.0);
     let normal_x: Vec<f64> =
         (0..POINTS).map(|k| REACH * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0)).collect();

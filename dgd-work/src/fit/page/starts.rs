@@ -1,4 +1,4 @@
-//! Where fits from several starting points ended: a waterfall, and the minima beside each other.
+//! The outcomes of fits from several starting points: a waterfall, and the minima side by side.
 
 use dgd_page::{Link, Markup, Page, Table};
 use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
@@ -6,10 +6,10 @@ use serde_json::Value;
 
 use crate::output::page::{count, name, number, told, unit};
 
-/// So many minima have a column; `result.json` has all.
+/// Minima with a column; `result.json` has all.
 const MOST_MINIMA: usize = 6;
 
-/// The section, where there were several points.
+/// The section on several starting points, if there were several.
 pub(super) fn push(page: &mut Page, json: &Value) {
     let several = &json["multi_start"];
     let Some(ends) = several["ends"].as_array() else { return };
@@ -20,7 +20,7 @@ pub(super) fn push(page: &mut Page, json: &Value) {
     page.push_section("Starting points", &[words.unwrap_or_default(), chart, minima(several)]);
 }
 
-/// Deviances over that of the best, ascending, on a scale that shows 0 and thousands.
+/// Deviances above the best, ascending, on a scale that shows both 0 and thousands.
 fn waterfall(ends: &[Value]) -> Figure {
     let mut fits: Vec<(f64, Kind)> = ends
         .iter()
@@ -41,8 +41,8 @@ fn waterfall(ends: &[Value]) -> Figure {
     ]
     .into_iter()
     .filter_map(|(kind, words, meaning)| {
-        let own = fits.iter().enumerate().filter(|(_, (_, own))| *own == kind);
-        let (x, y): (Vec<f64>, Vec<f64>) = own
+        let of_kind = fits.iter().enumerate().filter(|(_, (_, own))| *own == kind);
+        let (x, y): (Vec<f64>, Vec<f64>) = of_kind
             .map(|(rank, (above, _))| ((rank + 1) as f64, (1.0 + above.max(0.0)).log10()))
             .unzip();
         let series = Series::new(Text::plain(words), Style::Marks, x, y);
@@ -56,7 +56,7 @@ fn waterfall(ends: &[Value]) -> Figure {
     Figure::new(Text::plain("Fits, the best first"), vec![panel])
 }
 
-/// Where a fit ended.
+/// The outcome of a fit.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Best,
@@ -64,7 +64,7 @@ enum Kind {
     Lost,
 }
 
-/// What so many fits say of minima that none of them found.
+/// The number of starting points, and the smallest basin of attraction that they would have hit with 95 % confidence.
 fn sentence(several: &Value) -> Option<String> {
     let count = |key: &str| several[key].as_u64().unwrap_or(0);
     let volume = several["found_volume"].as_f64()?;
@@ -83,8 +83,8 @@ fn sentence(several: &Value) -> Option<String> {
 
 /// The estimates at each minimum.
 fn minima(several: &Value) -> Markup {
-    let all = several["minima"].as_array().map_or(&[][..], Vec::as_slice);
-    let shown = &all[..all.len().min(MOST_MINIMA)];
+    let minima = several["minima"].as_array().map_or(&[][..], Vec::as_slice);
+    let shown = &minima[..minima.len().min(MOST_MINIMA)];
     let Some(first) = shown.first() else { return Markup::default() };
     let mut table = Table::new("The minima beside each other", &["", "unit"]);
     let heads = (1..=shown.len()).map(|k| Markup::text(&format!("minimum {k}")));

@@ -1,4 +1,4 @@
-//! Recordings with what was simulated of them, in the units of the model.
+//! Recordings with their simulations, in the units of the model.
 
 use std::path::PathBuf;
 
@@ -11,33 +11,33 @@ use crate::run::recording;
 
 /// One recording.
 pub(crate) struct Trace {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// Whether it is one of validation.
+    /// Whether it is a validation recording.
     pub is_valid: bool,
     /// Sample times, s.
     pub times: Vec<f64>,
     /// By input.
     pub inputs: Vec<Vec<f64>>,
-    /// By output; nothing where it was not measured.
+    /// By output; `None` if it was not measured.
     pub measured: Vec<Option<Vec<f64>>>,
     /// By output.
     pub simulated: Vec<Vec<f64>>,
-    /// By output: measured less simulated where samples count, NaN elsewhere.
+    /// By output: measured − simulated for samples that count, NaN elsewhere.
     pub residuals: Vec<Option<Vec<f64>>>,
-    /// By output: the residuals over their standard deviations; over their root mean square in training where those are
-    /// not known.
+    /// By output: the residuals over their standard deviations; over their root mean square in training if those are
+    /// unknown.
     pub standard: Vec<Option<Vec<f64>>>,
-    /// By output: the same with the weights of the fit's loss, which tests are made of.
+    /// By output: the same with the weights of the fit's loss, for tests.
     pub tested: Vec<Option<Vec<f64>>>,
-    /// By output: −2 ln of the density of each reading, SI, where readings have standard deviations of their own.
+    /// By output: −2 ln of the density of each reading, SI, if readings have standard deviations of their own.
     pub deviances: Vec<Option<Vec<f64>>>,
     /// By output: whether its noise is known.
     pub is_scaled: Vec<bool>,
 }
 
-/// Training and validation recordings, each with its evaluation if there is one; `standardised` is the residual of an
-/// output in a sample of a recording where the model has its outputs, if its noise is known.
+/// Training and validation recordings, each with its evaluation if there is one. `standardised` gives the residual of a
+/// sample of an output for given model outputs, if the noise of that output is known.
 pub(crate) fn traces(
     signature: &Signature,
     paths: [&[PathBuf]; 2],
@@ -86,13 +86,17 @@ fn trace(
     let residuals: Vec<Option<Vec<f64>>> = measured.iter().zip(&simulated).map(residual).collect();
     // By output, for each sample.
     let judged = |i: usize| -> Option<Vec<Standardised>> {
-        let of = |k: usize| {
-            let found = standardised(recording, i, k, observations.w(k))?;
-            let is_counted = counts(k) && found.residual.is_finite();
-            Some(if is_counted { found } else { Standardised::missing(found.deviance.is_some()) })
+        let judge = |k: usize| {
+            let judged_sample = standardised(recording, i, k, observations.w(k))?;
+            let is_counted = counts(k) && judged_sample.residual.is_finite();
+            Some(if is_counted {
+                judged_sample
+            } else {
+                Standardised::missing(judged_sample.deviance.is_some())
+            })
         };
         recording.measured[i].as_ref()?;
-        samples().map(of).collect()
+        samples().map(judge).collect()
     };
     let judged: Vec<Option<Vec<Standardised>>> = (0..measured.len()).map(judged).collect();
     let part = |of: fn(&Standardised) -> f64| -> Vec<Option<Vec<f64>>> {
@@ -120,14 +124,14 @@ fn trace(
     }
 }
 
-/// Divides residuals whose noise is not known by their root mean square, that of training where there is one.
+/// Divides residuals of unknown noise by their root mean square, that of training if there is one.
 fn scale_by_their_size(traces: &mut [Trace], outputs: usize) {
     for i in 0..outputs {
         let size = |is_valid: bool| {
             let of_set = traces.iter().filter(|trace| trace.is_valid == is_valid);
-            let all = of_set.filter_map(|trace| trace.residuals[i].as_ref()).flatten();
-            let all: Vec<f64> = all.copied().filter(|e| e.is_finite()).collect();
-            let mean = all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64;
+            let residuals = of_set.filter_map(|trace| trace.residuals[i].as_ref()).flatten();
+            let residuals: Vec<f64> = residuals.copied().filter(|e| e.is_finite()).collect();
+            let mean = residuals.iter().map(|e| e * e).sum::<f64>() / residuals.len() as f64;
             Some(mean.sqrt()).filter(|size| *size > 0.0)
         };
         let Some(size) = size(false).or_else(|| size(true)) else { continue };
@@ -140,7 +144,7 @@ fn scale_by_their_size(traces: &mut [Trace], outputs: usize) {
     }
 }
 
-/// All inputs at the sample times; of a jump what holds after it.
+/// All inputs at the sample times; at a jump, the values after it.
 fn inputs(signature: &Signature, recording: &Recording) -> Vec<Vec<f64>> {
     let mut values = vec![Vec::with_capacity(recording.times.len()); signature.inputs.len()];
     let mut u = vec![0.0; recording.inputs.len()];

@@ -1,18 +1,18 @@
-//! Whether a fit is bad however its search ended: what is said before all else.
+//! Detects a bad fit, whatever the outcome of its search; the report begins with it.
 
 use serde_json::Value;
 
 use super::quality::RARE;
 use crate::output::quantity::short;
 
-/// A fit whose residuals are more than so many times the declared noise is bad.
+/// A fit whose residuals exceed the declared noise by more than this factor is bad.
 const BAD: f64 = 2.0;
 
-/// A fit in percent below which an output is followed worse than by its mean, in training: 0 to the digits that a
-/// converged search leaves.
+/// A fit in percent below which an output is matched worse than by its mean, in training: 0 within the accuracy of a
+/// converged search.
 const WORSE_THAN_MEAN: f64 = -1e-3;
 
-/// Why a fit is bad, from its `result.json`; nothing where it is not.
+/// Why a fit is bad, from its `result.json`; `None` if it is not.
 pub(crate) fn why_bad(json: &Value) -> Option<String> {
     let outputs = json["outputs"].as_object().into_iter().flatten();
     let outputs: Vec<(&String, &Value)> =
@@ -31,8 +31,8 @@ pub(crate) fn why_bad(json: &Value) -> Option<String> {
         }
     }
     let excess = |output: &Value| {
-        let found = &output["over_declared_noise"];
-        Some((found["times"].as_f64()?, found["p_value"].as_f64()?))
+        let excess = &output["over_declared_noise"];
+        Some((excess["times"].as_f64()?, excess["p_value"].as_f64()?))
     };
     let judged = outputs.iter().filter_map(|(name, output)| {
         let (times, p_value) = excess(output)?;
@@ -64,7 +64,7 @@ pub(crate) fn why_bad(json: &Value) -> Option<String> {
     Some(format!("the residuals are {times} times the declared noise of `{first}`{others}"))
 }
 
-/// Whether residuals are larger than the declared noise by more than chance makes them.
+/// Whether residuals exceed the declared noise by more than chance explains.
 pub(crate) fn exceeds_noise(json: &Value) -> bool {
     json["left_over"]["exceeds_declared_noise"] == true
 }
@@ -101,9 +101,9 @@ mod tests {
         assert_eq!(why_bad(&json!({ "outputs": { "y": { "rms_train": 1.0 } } })), None);
         let over =
             |times: f64| json!({ "over_declared_noise": { "times": times, "p_value": 0.0 } });
-        let all = why_bad(&json!({ "outputs": { "a": over(3.0), "b": over(4.0) } }));
+        let reason = why_bad(&json!({ "outputs": { "a": over(3.0), "b": over(4.0) } }));
         // √(25/2).
-        assert_eq!(all.as_deref(), Some("the residuals are 3.5 times the declared noise"));
+        assert_eq!(reason.as_deref(), Some("the residuals are 3.5 times the declared noise"));
         let outputs = json!({ "a": over(3.0), "b": over(17.0), "c": over(1.0) });
         let both = why_bad(&json!({ "outputs": outputs }));
         let words = "the residuals are 3 times the declared noise of `a`, 17 times that of `b`";

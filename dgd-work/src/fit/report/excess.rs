@@ -1,14 +1,14 @@
-//! How large residuals are beside the noise that the model declares, whatever noise the fit has used.
+//! Size of residuals relative to the noise that the model declares, whatever noise the fit used.
 //!
 //! ```text
 //!   squares        times² = Σ z²/n',  n' = n ν/N        P(χ²_n' > Σ z²)
 //!   other losses   times  = median |z| / 0.6745         P ≤ exp(−n D(1/2 ‖ p)),  p = P(|z| > 2 · 0.6745)
 //! ```
 //!
-//! z is a residual over the declared σ; ν/N the share of degrees of freedom that estimates leave. Where σ is a formula,
-//! its parameters are among the estimates, and n' is n. The median is that of the size of residuals, as outliers that a
-//! loss sets aside are not what the fit is judged by: half of n residuals exceed twice the median of noise by chance
-//! with no more than the probability that Chernoff's bound gives.
+//! z is a residual over the declared σ; ν/N the share of degrees of freedom left by the estimates. If σ is a formula,
+//! its parameters are among the estimates, and n' is n. With a robust loss the median of |z| is used, because outliers
+//! that the loss sets aside should not count against the fit: by Chernoff's bound, the probability that half of n
+//! residuals exceed twice the median of the noise by chance is at most P.
 //!
 //! Source of the bound: Chernoff, Ann. Math. Statist. 23 (1952) 493–507.
 
@@ -19,36 +19,37 @@ use serde_json::{Value, json};
 
 use super::standard::Standard;
 
-/// The median of |z| of a normal deviate.
+/// The median of |z| for a standard normal z.
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
-/// How large the residuals of an output are beside its declared noise.
+/// Size of the residuals of an output relative to its declared noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Excess {
-    /// So many times as large.
+    /// Ratio of their sizes.
     pub times: f64,
-    /// Probability that the declared noise makes residuals so large by chance; a bound, of residuals twice as large,
-    /// where the loss is not squares.
+    /// Probability of such residuals under the declared noise; for losses other than squares, a bound for residuals
+    /// twice as large.
     pub p_value: f64,
 }
 
 impl Excess {
-    /// Of each output that is fitted and declares its noise.
+    /// The excess of each fitted output that declares its noise.
     pub(crate) fn all(
         signature: &Signature,
         recordings: &[Recording],
         evaluation: &Evaluation,
         standard: Standard<'_>,
     ) -> Vec<Option<Excess>> {
-        let of = |i: usize| {
+        let excess_of = |i: usize| {
             let sigma = standard.fit.noise[i]?;
             let changes = standard.changes(i);
             let over = if changes { 1.0 } else { sigma / signature.outputs[i].noise? };
             let mut sizes = Vec::new();
             for (recording, observations) in recordings.iter().zip(&evaluation.observations) {
                 for (k, t) in recording.times.iter().enumerate() {
-                    let found = standard.of(recording, i, k, observations.w(k));
-                    let z = found.map_or(f64::NAN, |found| found.residual * over);
+                    let standardised = standard.of(recording, i, k, observations.w(k));
+                    let z =
+                        standardised.map_or(f64::NAN, |standardised| standardised.residual * over);
                     if z.is_finite() && *t >= recording.counts_from {
                         sizes.push(z.abs());
                     }
@@ -58,7 +59,7 @@ impl Excess {
             let share = if changes { 1.0 } else { share(fit.degrees_of_freedom, fit.samples) };
             Excess::of(sizes, share, fit.loss)
         };
-        (0..signature.outputs.len()).map(of).collect()
+        (0..signature.outputs.len()).map(excess_of).collect()
     }
 
     fn of(mut sizes: Vec<f64>, share: f64, loss: Loss) -> Option<Excess> {
@@ -84,7 +85,7 @@ impl Excess {
     }
 }
 
-/// The share of degrees of freedom that is left; priors count as samples.
+/// The remaining share of degrees of freedom; priors count as samples.
 fn share(freedom: usize, samples: usize) -> f64 {
     (freedom as f64 / samples.max(1) as f64).min(1.0)
 }
@@ -99,16 +100,19 @@ mod tests {
         for (k, size) in sizes.iter_mut().enumerate() {
             *size = if k % 2 == 0 { 3.0 } else { 1.0 };
         }
-        let found = Excess::of(sizes.clone(), 0.5, Loss::Squares).expect("samples");
+        let excess = Excess::of(sizes.clone(), 0.5, Loss::Squares).expect("samples");
         // 20 · (9 + 1) over 20.
-        assert!((found.times - 10_f64.sqrt()).abs() < 1e-12 && found.p_value < 1e-6, "{found:?}");
-        let found = Excess::of(vec![0.67449; 41], 1.0, Loss::Huber).expect("samples");
-        assert!((found.times - 1.0).abs() < 1e-5, "{found:?}");
+        assert!(
+            (excess.times - 10_f64.sqrt()).abs() < 1e-12 && excess.p_value < 1e-6,
+            "{excess:?}"
+        );
+        let excess = Excess::of(vec![0.67449; 41], 1.0, Loss::Huber).expect("samples");
+        assert!((excess.times - 1.0).abs() < 1e-5, "{excess:?}");
         // 20 of 41 are outliers.
         let mut spoilt = vec![0.67449; 21];
         spoilt.extend([100.0; 20]);
-        let found = Excess::of(spoilt, 1.0, Loss::Tukey).expect("samples");
-        assert!((found.times - 1.0).abs() < 1e-5 && found.p_value < 1e-4, "{found:?}");
+        let excess = Excess::of(spoilt, 1.0, Loss::Tukey).expect("samples");
+        assert!((excess.times - 1.0).abs() < 1e-5 && excess.p_value < 1e-4, "{excess:?}");
         assert_eq!(Excess::of(sizes, 0.0, Loss::Squares), None);
     }
 }

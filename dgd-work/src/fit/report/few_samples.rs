@@ -1,8 +1,7 @@
 //! Outputs with too few samples to estimate their noise.
 //!
-//! What is left of a few samples after a fit is far smaller than their noise, and so are standard
-//! deviations that are made of it. The noise that the model declares is taken instead; where it declares
-//! none, no standard deviation is given.
+//! The residuals of a fit to few samples are far smaller than their noise, and so are standard deviations computed from
+//! them. The declared noise is used instead; without a declaration, no standard deviation is given.
 
 use std::fmt::Write as _;
 
@@ -17,11 +16,11 @@ use crate::output::quantity::{short, with_unit};
 struct Few {
     output: String,
     samples: usize,
-    /// The noise that was taken, with its unit.
+    /// The noise used instead, with its unit.
     declared: Option<(f64, String)>,
 }
 
-/// Outputs with too few samples, and how many estimates there are.
+/// Outputs with too few samples, and the number of estimates.
 #[derive(Debug, Default)]
 pub(crate) struct FewSamples {
     all: Vec<Few>,
@@ -30,7 +29,7 @@ pub(crate) struct FewSamples {
 }
 
 impl FewSamples {
-    /// Finds them, and gives them their declared noise.
+    /// Finds them, and substitutes their declared noise.
     pub(crate) fn find(
         outputs: &[Output],
         recordings: &[Recording],
@@ -44,7 +43,7 @@ impl FewSamples {
         let counts: Vec<usize> =
             (0..noise.len()).map(|i| noise[i].map_or(0, |_| samples_of(i))).collect();
         let samples = counts.iter().sum();
-        let mut all = Vec::new();
+        let mut outputs_with_few = Vec::new();
         for (i, noise) in noise.iter_mut().enumerate() {
             let is_estimated = *noise == Some(Noise::Estimated);
             if !is_estimated || !too_few_for_noise(counts[i], samples, estimates) {
@@ -54,7 +53,7 @@ impl FewSamples {
             if let Some(sigma) = output.noise {
                 *noise = Some(Noise::Known(sigma));
             }
-            all.push(Few {
+            outputs_with_few.push(Few {
                 output: output.name.to_string(),
                 samples: counts[i],
                 declared: output
@@ -62,20 +61,20 @@ impl FewSamples {
                     .map(|sigma| (sigma / unit.factor.abs(), unit.symbol.to_string())),
             });
         }
-        Self { all, samples, estimates }
+        Self { all: outputs_with_few, samples, estimates }
     }
 
-    /// Whether standard deviations would be made of noise that is not known.
+    /// Whether standard deviations would rest on unknown noise.
     pub(crate) fn hide_stds(&self) -> bool {
         self.all.iter().any(|few| few.declared.is_none())
     }
 
-    /// Whether the noise of an output is not known.
+    /// Whether the noise of an output is unknown.
     pub(crate) fn hide_noise(&self, output: &str) -> bool {
         self.all.iter().any(|few| few.output == output && few.declared.is_none())
     }
 
-    /// What may be why a search did not come to an end.
+    /// A possible reason why a search did not converge.
     pub(crate) fn as_reason(&self) -> String {
         if self.all.is_empty() {
             return String::new();
@@ -99,10 +98,10 @@ impl FewSamples {
         Value::Object(self.all.iter().map(entry).collect::<Map<_, _>>())
     }
 
-    /// A line for each.
+    /// A line for each output.
     pub(crate) fn push_text(&self, text: &mut String) {
         for Few { output, samples, declared } in &self.all {
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = write!(
                 text,
                 "{samples} samples of `{output}`, {} in all, are too few to say how large its noise is \

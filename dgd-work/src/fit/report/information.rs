@@ -1,4 +1,4 @@
-//! Which data determines which parameter, and where there is most of it.
+//! Where the information on each parameter comes from: steady operating points or transients.
 
 use std::fmt::Write as _;
 
@@ -15,26 +15,26 @@ use crate::fit::report::outcome::Outcome;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 
-/// Samples that belong to no operating point come first among the kinds.
+/// Index of the transient kind, which precedes the operating points.
 const TRANSIENT: usize = 0;
 
-/// A kind of samples that holds more than this share of the information on a parameter determines it.
+/// A kind of samples with more than this share of the information on a parameter determines it.
 const MUCH: f64 = 0.1;
 
-/// As long again of one kind, fewer samples than this of it are too few to go by.
+/// Kinds with fewer samples than this are not considered for further tests.
 const ENOUGH: usize = 20;
 
-/// Below this part, what is steady says nothing of a parameter; above one less this, it says all.
+/// Below this share, steady samples carry no information on a parameter; above its complement, all of it.
 const NOTHING: f64 = 0.01;
 
-/// Where the information about each estimate comes from, if that was asked for.
+/// The sources of information on each estimate, if requested.
 pub(crate) struct Origins {
     all: Vec<Information>,
-    /// Parts of all samples that are of each kind.
+    /// Share of each kind in all samples.
     shares: Vec<f64>,
     /// Samples of each kind.
     counts: Vec<usize>,
-    /// The kinds behind the first.
+    /// The operating points: the kinds after the first.
     points: Vec<Point>,
 }
 
@@ -47,7 +47,7 @@ struct Point {
 }
 
 impl Origins {
-    /// At the end of a fit.
+    /// Computes them at the end of a fit.
     pub(crate) fn find(
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
@@ -58,18 +58,19 @@ impl Origins {
         let counts: Vec<usize> = (0..=points.len()).map(count).collect();
         let samples = kinds.iter().flatten().count().max(1) as f64;
         let shares = counts.iter().map(|count| *count as f64 / samples).collect();
-        let all = information(problem, fit, &kinds, counts.len())?;
-        Ok(Self { all, shares, counts, points })
+        let origins = information(problem, fit, &kinds, counts.len())?;
+        Ok(Self { all: origins, shares, counts, points })
     }
 
     /// The kind of samples of which more would help most.
     fn best_test(&self, found: &Information) -> Option<(usize, f64)> {
-        let all = found.again.iter().enumerate().filter(|(kind, _)| self.counts[*kind] >= ENOUGH);
-        let all = all.filter_map(|(kind, again)| Some((kind, (*again)?)));
-        all.min_by(|a, b| a.1.total_cmp(&b.1))
+        let candidates =
+            found.again.iter().enumerate().filter(|(kind, _)| self.counts[*kind] >= ENOUGH);
+        let candidates = candidates.filter_map(|(kind, again)| Some((kind, (*again)?)));
+        candidates.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// An operating point by its inputs, or where the model has none by its outputs.
+    /// An operating point by its inputs; for a model without inputs, by its outputs.
     fn place(&self, point: usize, signature: &Signature) -> String {
         let Point { inputs, outputs } = &self.points[point];
         let named = |name: &str, value: f64, unit: &Unit| {
@@ -147,7 +148,7 @@ impl Origins {
 
     /// A line for each parameter.
     pub(crate) fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "\nwhat determines each parameter ({} of the samples are steady{}):",
@@ -206,7 +207,7 @@ impl Origins {
         self.push_tests(text, outcome);
     }
 
-    /// What as long again would do at best, for each parameter.
+    /// The best effect of doubling the samples of one kind, for each parameter.
     fn push_tests(&self, text: &mut String, outcome: &Outcome<'_>) {
         let mut table = vec![
             [
@@ -249,13 +250,13 @@ fn percent(part: f64) -> String {
     format!("{:.0} %", 100.0 * part)
 }
 
-/// What steady samples say, of all kinds.
+/// Information from steady samples of all operating points.
 fn steady(kinds: &[f64]) -> f64 {
     kinds.iter().enumerate().filter(|(kind, _)| *kind != TRANSIENT).map(|(_, part)| part).sum()
 }
 
-/// For each sample of each recording whether it is transient or at which operating point, and the points;
-/// by inputs and by outputs as they are simulated, without noise.
+/// For each sample of each recording, whether it is transient or at which operating point, and the points. Samples are
+/// classified by inputs and simulated outputs, which have no noise.
 fn kinds(
     system: &dyn Model,
     recordings: &[Recording],
@@ -264,32 +265,32 @@ fn kinds(
     let signature = system.signature();
     let mut kinds: Vec<Vec<usize>> =
         recordings.iter().map(|recording| vec![TRANSIENT; recording.times.len()]).collect();
-    // Stretches of all recordings, and where they are.
+    // Segments of all recordings, and their positions.
     let mut motions: Option<Motion> = None;
     let mut places: Vec<(usize, (usize, usize))> = Vec::new();
     for (r, (recording, observations)) in
         recordings.iter().zip(&evaluation.observations).enumerate()
     {
-        let found = motion_of(signature, recording, |k, i| observations.w(k)[i]);
-        places.extend(found.steady.iter().map(|steady| (r, steady.samples)));
+        let motion = motion_of(signature, recording, |k, i| observations.w(k)[i]);
+        places.extend(motion.steady.iter().map(|steady| (r, steady.samples)));
         match &mut motions {
-            None => motions = Some(found),
+            None => motions = Some(motion),
             Some(all) => {
-                for rest in found.rests {
+                for rest in motion.rests {
                     match all.rests.iter_mut().find(|other| other.channel == rest.channel) {
                         Some(other) => other.change = other.change.max(rest.change),
                         None => all.rests.push(rest),
                     }
                 }
-                all.steady.extend(found.steady);
+                all.steady.extend(motion.steady);
             }
         }
     }
     let Some(motion) = motions else { return (kinds, Vec::new()) };
     let n_w = signature.outputs.len();
-    let found = operating_points(&motion, &vec![0.0; n_w + signature.inputs.len()]);
-    let mut points = Vec::with_capacity(found.len());
-    for (point, OperatingPoint { stretches, means, .. }) in found.into_iter().enumerate() {
+    let operating = operating_points(&motion, &vec![0.0; n_w + signature.inputs.len()]);
+    let mut points = Vec::with_capacity(operating.len());
+    for (point, OperatingPoint { stretches, means, .. }) in operating.into_iter().enumerate() {
         for stretch in stretches {
             let (r, (first, last)) = places[stretch];
             kinds[r][first..=last].fill(TRANSIENT + 1 + point);
@@ -299,7 +300,7 @@ fn kinds(
     (kinds, points)
 }
 
-/// When a recording's inputs and simulated outputs rest.
+/// The steady intervals of a recording's inputs and simulated outputs.
 fn motion_of(
     signature: &Signature,
     recording: &Recording,

@@ -1,5 +1,5 @@
-//! Intervals of estimates that do not take the model for linear or the noise for white: by profiles of
-//! the likelihood, and by resampled residuals.
+//! Confidence intervals that assume neither a linear model nor white noise: by profile likelihood, and by a bootstrap
+//! of the residuals.
 
 use std::fmt::Write as _;
 
@@ -23,28 +23,28 @@ use crate::request::{Estimator, IntervalRequest};
 /// Probability of the intervals.
 const PROBABILITY: f64 = 0.95;
 
-/// A profile that falls by more than this below the fit has found a better one.
+/// A profile that falls below the fit by more than this has found a better fit.
 const BETTER: f64 = 0.1;
 
-/// The estimates that intervals are of.
+/// Estimates for which intervals can be computed.
 pub(crate) trait Estimated {
-    /// Of the model.
+    /// Signature of the model.
     fn signature(&self) -> &Signature;
 
-    /// All of them.
+    /// All estimates.
     fn estimates(&self) -> &[Estimate];
 
-    /// What one is called.
+    /// The name of an estimate.
     fn name(&self, i: usize) -> String;
 
-    /// Its unit.
+    /// The unit of an estimate.
     fn unit(&self, i: usize) -> &Unit {
         unit_of(self.signature(), &self.estimates()[i])
     }
 }
 
 impl IntervalRequest {
-    /// Checks, before anything is fitted, that there can be what is asked for.
+    /// Checks, before anything is fitted, that the requested intervals are possible.
     pub(crate) fn verify(
         &self,
         estimator: Estimator,
@@ -82,7 +82,7 @@ impl IntervalRequest {
         Ok(())
     }
 
-    /// Positions of the estimates to profile.
+    /// Indices of the estimates to profile.
     pub(crate) fn profiled(&self, estimates: &[Estimate]) -> Vec<usize> {
         let wanted = |(_, estimate): &(usize, &Estimate)| {
             self.profile.iter().map(|name| name.trim()).any(|name| {
@@ -94,19 +94,19 @@ impl IntervalRequest {
     }
 }
 
-/// What was found.
+/// Computed intervals.
 pub(crate) struct Intervals {
     profiles: Vec<Profile>,
     bootstrap: Option<Bootstrap>,
-    /// The number of the first data set, where they are a share of many.
+    /// The number of the first data set, if this is a share of a larger bootstrap.
     first: Option<usize>,
-    /// Estimates whose profiles were asked for.
+    /// Estimates whose profiles were requested.
     profiled: Vec<usize>,
 }
 
 impl Intervals {
-    /// Of the estimates of a fit to this problem. One that has not converged has none; where they are stopped,
-    /// they are what is complete.
+    /// The intervals of a fit to this problem. A fit that has not converged has none; after a cancellation, those that
+    /// are complete.
     pub(crate) fn find(
         args: &IntervalRequest,
         problem: &OutputErrorProblem<'_>,
@@ -129,12 +129,12 @@ impl Intervals {
         Ok(Self { profiles, bootstrap: resampled, first: args.bootstrap_from, profiled })
     }
 
-    /// Of another estimator, those profiles that are complete.
+    /// The complete profiles of another estimator.
     pub(crate) fn of_profiles(profiles: Vec<Profile>, profiled: Vec<usize>) -> Self {
         Self { profiles, bootstrap: None, first: None, profiled }
     }
 
-    /// Adds what was asked for and is not complete.
+    /// Adds requested intervals that are not complete.
     pub(crate) fn push_left_out(&self, left_out: &mut LeftOut, name: impl Fn(usize) -> String) {
         if let Some(Bootstrap { replicates, failures, left_out: missing @ 1.., .. }) =
             &self.bootstrap
@@ -171,7 +171,7 @@ impl Intervals {
                 "std": resampled.std(i).map(|std| std / unit.factor),
                 "interval": interval.map(|(low, high)| [unit.from_si(low), unit.from_si(high)]),
             });
-            // Whoever puts shares together needs all of them.
+            // The report that merges shares needs all of them.
             if self.first.is_some() {
                 let values = resampled.replicates.iter().map(|all| unit.from_si(all[i]));
                 entry["values"] = values.collect();
@@ -192,7 +192,7 @@ impl Intervals {
         );
     }
 
-    /// A table of the intervals, and what keeps one from being closed.
+    /// A table of the intervals, and the reasons for open ends.
     pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
         let shown: Vec<usize> = match &self.bootstrap {
             Some(_) => (0..outcome.estimates().len()).collect(),
@@ -239,7 +239,7 @@ impl Intervals {
         self.push_remarks(text, outcome);
     }
 
-    /// What an interval's digits are to show, SI.
+    /// The scale for the digits of an interval, SI.
     fn scale_of(&self, i: usize, estimates: &[Estimate]) -> Option<f64> {
         let profile = self.profiles.iter().find(|profile| profile.estimate == i);
         let width = profile.and_then(|profile| match profile.interval() {
@@ -250,7 +250,7 @@ impl Intervals {
     }
 
     fn push_remarks(&self, text: &mut String, outcome: &dyn Estimated) {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         for profile in &self.profiles {
             let sides = [
                 ("below", profile.lower, &profile.with_lower),
@@ -304,18 +304,18 @@ impl Intervals {
         }
     }
 
-    /// A figure for each profile, and the estimate that it is of.
+    /// A figure for each profile, with the name of its estimate.
     pub(crate) fn figures(&self, outcome: &dyn Estimated) -> Vec<(String, Figure)> {
-        let of = |profile: &Profile| {
+        let figure_of = |profile: &Profile| {
             let name = outcome.name(profile.estimate);
             let figure = figure(profile, &name, outcome);
             (name, figure)
         };
-        self.profiles.iter().map(of).collect()
+        self.profiles.iter().map(figure_of).collect()
     }
 }
 
-/// What goes along with an open end.
+/// Estimates that change along with an open end.
 fn with_others(terms: &[Term], outcome: &dyn Estimated) -> String {
     if terms.is_empty() {
         return "no output is far enough off there".to_owned();

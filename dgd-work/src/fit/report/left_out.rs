@@ -1,5 +1,4 @@
-//! What a fit that Ctrl-C stopped, or that ended in no minimum, did not come to, and what is to be thought of
-//! the rest.
+//! The missing parts of a fit that was cancelled or did not converge, and cautions about the rest.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,23 +8,23 @@ use dgd_identify::Termination;
 
 use crate::error::Ended;
 
-/// What was left out, in the user's words; nothing where a fit came to its end.
+/// The missing parts, as sentences; empty for a fit that converged.
 #[derive(Debug, Default)]
 pub(crate) struct LeftOut {
     words: Vec<String>,
     unconverged: Option<Unconverged>,
 }
 
-/// A search that ended by itself, in no minimum.
+/// A search that ended by itself without converging.
 #[derive(Debug)]
 struct Unconverged {
     reason: String,
-    /// Whether more evaluations would take it further.
+    /// Whether more evaluations would improve it.
     goes_on: bool,
 }
 
 impl LeftOut {
-    /// Of a search that ended so; `reason` says why in no minimum, where it was not stopped.
+    /// For a search with this termination; `reason` explains why it did not converge, unless it was cancelled.
     pub(crate) fn of(termination: Termination, reason: impl FnOnce() -> String) -> Self {
         if termination == Termination::Stopped {
             return Self::stopped();
@@ -36,14 +35,14 @@ impl LeftOut {
         Self::unconverged(reason(), termination == Termination::EvaluationLimit)
     }
 
-    /// Of a search that was stopped on its way.
+    /// For a cancelled search.
     pub(crate) fn stopped() -> Self {
         let words = "stopped before it converged: these are the best values so far, and their \
                      standard deviations are not to be trusted";
         Self { words: vec![words.to_owned()], unconverged: None }
     }
 
-    /// Of a search that ended in no minimum; whether more evaluations would take it further.
+    /// For a search that did not converge; `goes_on` if more evaluations would improve it.
     pub(crate) fn unconverged(reason: String, goes_on: bool) -> Self {
         let words = format!(
             "not converged: {reason}; these are the best values that were found, and their standard \
@@ -56,7 +55,7 @@ impl LeftOut {
         self.words.push(words.into());
     }
 
-    /// How it ended, in a word or two.
+    /// The outcome, in a word or two.
     pub(crate) fn status(&self) -> &'static str {
         match (&self.unconverged, self.words.is_empty()) {
             (Some(_), _) => "not converged",
@@ -69,15 +68,15 @@ impl LeftOut {
         &self.words
     }
 
-    /// A line for each.
+    /// A line for each missing part.
     pub(crate) fn push_text(&self, text: &mut String) {
         for words in &self.words {
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "{words}");
         }
     }
 
-    /// How a fit ended; `written` is where its result is. What its journal has is left for a run that goes on.
+    /// The outcome of a fit; `written` is the folder of its result. The journal stays for a resumed run.
     pub(crate) fn ended(&self, journal: Option<&RunJournal>, written: Option<&Path>) -> Ended {
         if self.words.is_empty() {
             return Ended::Done;

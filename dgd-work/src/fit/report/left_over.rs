@@ -1,4 +1,4 @@
-//! What a fit leaves over besides noise, and how far that may have bent the estimates.
+//! Model error in the residuals of a fit, and the bias it may have caused in the estimates.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -11,18 +11,18 @@ use serde_json::{Map, Value, json};
 use super::quality::{Quality, RARE};
 use crate::output::quantity::short;
 
-/// The spread of estimates over parts of the recordings, where something is left over.
+/// The spread of estimates over parts of the recordings, if the residuals show a model error.
 #[derive(Debug, Default)]
 pub(crate) struct LeftOver {
     /// Outputs whose residuals are autocorrelated.
     coloured: Vec<String>,
-    /// Whether residuals are larger than the noise that is declared.
+    /// Whether residuals exceed the declared noise.
     is_larger: bool,
     spread: Option<Spread>,
 }
 
 impl LeftOver {
-    /// Of a fit; parts are compared where it has `ended`: that of a minimum which is known.
+    /// For a fit; parts are compared only if it has `ended` in a known minimum.
     pub(crate) fn find(
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
@@ -47,7 +47,7 @@ impl LeftOver {
         Ok(Self { coloured, is_larger, spread })
     }
 
-    /// Of an estimate, SI; `None` where nothing is left over, and where it is not known.
+    /// The spread of an estimate, SI; `None` without model error, or if it is unknown.
     pub(crate) fn std(&self, estimate: usize) -> Option<f64> {
         self.spread.as_ref()?.std[estimate]
     }
@@ -57,12 +57,12 @@ impl LeftOver {
         json!(self.std(estimate).map(|std| std / unit.factor.abs()))
     }
 
-    /// Whether there is one to show.
+    /// Whether any estimate has a spread.
     pub(crate) fn is_shown(&self) -> bool {
         self.spread.as_ref().is_some_and(|spread| spread.std.iter().any(Option::is_some))
     }
 
-    /// `left_over` of `result.json`; null where nothing is.
+    /// `left_over` of `result.json`; null without model error.
     pub(crate) fn to_json(&self, data: &[PathBuf], name: impl Fn(usize) -> String) -> Value {
         if self.coloured.is_empty() && !self.is_larger {
             return Value::Null;
@@ -83,13 +83,13 @@ impl LeftOver {
         })
     }
 
-    /// Estimates that rest on one part, and the part.
+    /// Estimates that depend on a single part, and the part.
     fn rests_on(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let all = self.spread.iter().flat_map(|spread| spread.rests_on.iter().enumerate());
-        all.filter_map(|(estimate, part)| Some((estimate, (*part)?)))
+        let estimates = self.spread.iter().flat_map(|spread| spread.rests_on.iter().enumerate());
+        estimates.filter_map(|(estimate, part)| Some((estimate, (*part)?)))
     }
 
-    /// What the second deviation is, and which estimates have none.
+    /// Explains the second deviation, and lists the estimates without one.
     pub(crate) fn push_text(
         &self,
         text: &mut String,
@@ -97,7 +97,7 @@ impl LeftOver {
         recording_names: &[String],
         name: impl Fn(usize) -> String,
     ) {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         if !self.coloured.is_empty() {
             let named: Vec<String> = self.coloured.iter().map(|name| format!("`{name}`")).collect();
             let _ = writeln!(

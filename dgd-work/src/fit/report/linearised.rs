@@ -1,4 +1,4 @@
-//! What a fit of linear models says besides: where they were, and how far they hold.
+//! The additional report of a fit of linear models: operating points and range of validity.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -15,18 +15,18 @@ use crate::linearize::modes;
 use crate::output::table::{push_table, significant};
 use crate::request::LinearizeAt;
 
-/// Digits of a point's values.
+/// Digits of the values at a point.
 const DIGITS: usize = 6;
 
-/// Where linear models were, and the model itself with their estimates.
+/// The operating points of the linear models, and the nonlinear model with their estimates.
 pub(crate) struct Linearised {
     place: LinearizeAt,
-    /// Of each recording that has samples.
+    /// By recording; `None` for a recording without samples.
     points: Vec<Option<OperatingPoint>>,
     model: Result<Model, String>,
 }
 
-/// The model itself with the estimates of its linear one.
+/// The nonlinear model with the estimates of its linear one.
 struct Model {
     evaluation: Evaluation,
     quality: Quality,
@@ -35,7 +35,8 @@ struct Model {
 }
 
 impl Linearised {
-    /// From the recordings, their linear simulations, and those of the model or why there is none.
+    /// From the recordings, their linear simulations, and those of the nonlinear model, or the reason why there is
+    /// none.
     pub(crate) fn new(
         signature: &Signature,
         place: LinearizeAt,
@@ -95,17 +96,17 @@ impl Linearised {
             }
             Err(reason) => json!({ "not_simulated": reason }),
         };
-        let at = match self.place {
+        let point = match self.place {
             LinearizeAt::Time(t) => json!(t),
             LinearizeAt::Steady | LinearizeAt::Mean => json!(self.place.to_string()),
         };
-        json!({ "at": at, "points": points, "model": model })
+        json!({ "at": point, "points": points, "model": model })
     }
 
-    /// Points, the comparison with the model, and what follows from it.
+    /// Operating points, the comparison with the nonlinear model, and the conclusion.
     pub(crate) fn push_text(&self, text: &mut String, outcome: &Outcome<'_>) {
         let signature = outcome.signature;
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = match self.place {
             LinearizeAt::Time(t) => writeln!(text, "linear close to where the run is at {t} s:"),
             LinearizeAt::Steady => {
@@ -189,7 +190,7 @@ impl Model {
         }
         push_table(text, &table);
         if !far.is_empty() {
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
                 "{} of the linear model {} from the model by more than the noise: what is measured goes \
@@ -202,7 +203,7 @@ impl Model {
     }
 }
 
-/// A recording that is not in one mode.
+/// A recording that leaves the mode of its operating point.
 pub(crate) fn other_mode(path: &Path, departure: &Departure) -> String {
     let Departure { t, automaton, at_point, in_run } = departure;
     format!(
@@ -242,7 +243,7 @@ fn unknowns(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
     point.y.iter().enumerate().map(quantity).collect()
 }
 
-/// How far two simulations of an output are apart at its samples that count, root mean square, SI.
+/// Root-mean-square difference of two simulations of an output at the samples that count, SI.
 fn difference(
     recordings: &[Recording],
     linear: &Evaluation,

@@ -1,4 +1,4 @@
-//! What a fit says: its estimates and errors, how far they can be trusted, and what it did not come to.
+//! The report of a fit: its estimates and residuals, how far they can be trusted, and its missing parts.
 
 pub(crate) mod bad_fit;
 pub(crate) mod excess;

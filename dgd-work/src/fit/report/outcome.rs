@@ -1,4 +1,4 @@
-//! What a fit found, for people and for programs.
+//! The result of an output-error fit, as text and JSON.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -24,67 +24,67 @@ use crate::fit::report::runaway;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 
-/// Correlations above this are pointed out.
+/// Stronger correlations are pointed out.
 pub(crate) const CORRELATED: f64 = 0.95;
 
-/// A fit and how well it does.
+/// A fit and its quality.
 pub(crate) struct Outcome<'a> {
     pub signature: &'a Signature,
     pub variants: &'a [Variant],
     pub fit: &'a Fit,
     pub data: &'a [PathBuf],
-    /// What the recordings are called.
+    /// Names of the recordings.
     pub recording_names: Vec<String>,
     pub train: Evaluation,
     pub valid: Option<Tested>,
-    /// What was fitted to.
+    /// The training recordings.
     pub recordings: &'a [Recording],
     pub information: Option<Origins>,
     pub intervals: Intervals,
-    /// Why the recordings may not say what they are asked.
+    /// Reasons to doubt that the recordings can answer.
     pub reservations: Vec<String>,
-    /// What became of several starting points.
+    /// The outcomes of several starting points.
     pub minima: Option<Minima>,
-    /// What Ctrl-C kept it from.
+    /// The parts left out because of Ctrl-C.
     pub left_out: &'a LeftOut,
     /// Outputs whose noise could not be estimated.
     pub few: &'a FewSamples,
-    /// What is left over of the training recordings, and how far it may have bent the estimates.
+    /// Model error in the residuals of the training recordings, and the bias it may have caused.
     pub left_over: LeftOver,
     pub quality: Quality,
-    /// How large residuals are beside the declared noise, by output.
+    /// Size of residuals relative to the declared noise, by output.
     pub excess: Vec<Option<Excess>>,
     /// On validation recordings.
     pub quality_valid: Option<Quality>,
-    /// Where the linear models were, if those were fitted.
+    /// The operating points of the linear models, if those were fitted.
     pub linearised: Option<Linearised>,
 }
 
-/// Held-out recordings.
+/// Validation recordings.
 pub(crate) struct Tested {
     pub paths: Vec<PathBuf>,
-    /// With the time from which their samples count.
+    /// Recordings, with the time from which their samples count.
     pub recordings: Vec<Recording>,
     pub starts: Vec<Starts>,
     pub evaluation: Evaluation,
 }
 
 impl Tested {
-    /// The time from which readings of each recording count, s; null where all do.
+    /// The time from which readings of each recording count, s; null if all count.
     pub(crate) fn counts_from(&self) -> Value {
         let from = self.recordings.iter().map(|recording| recording.counts_from);
         json!(from.map(|from| from.is_finite().then_some(from)).collect::<Vec<_>>())
     }
 }
 
-/// Errors of one output in its declared unit.
+/// Residuals of one output in its declared unit.
 struct OutputErrors {
     train: Option<f64>,
     valid: Option<f64>,
     noise: Option<f64>,
 }
 
-/// How a search ended.
+/// The outcome of a search.
 pub(crate) fn ended(termination: Termination) -> &'static str {
     match termination {
         Termination::Gradient => "converged (the gradient is zero)",
@@ -108,9 +108,9 @@ impl Outcome<'_> {
             .iter()
             .enumerate()
             .map(|(r, path)| {
-                let own = fit.estimates.iter().enumerate();
-                let own = own.filter(|(_, estimate)| estimate.recording == Some(r));
-                let values = self.entries(own.map(|(i, _)| i));
+                let starts = fit.estimates.iter().enumerate();
+                let starts = starts.filter(|(_, estimate)| estimate.recording == Some(r));
+                let values = self.entries(starts.map(|(i, _)| i));
                 json!({ "data": path.display().to_string(), "values": values })
             })
             .collect();
@@ -213,36 +213,36 @@ impl Outcome<'_> {
         result
     }
 
-    /// What −2 ln of a likelihood is larger by for densities in SI instead of in the units of the outputs.
+    /// The change of −2 ln L when densities are in SI instead of the units of the outputs.
     fn logarithms_of_units(&self) -> f64 {
         let outputs = self.signature.outputs.iter().enumerate();
         let fitted = outputs.filter(|(i, _)| self.fit.noise[*i].is_some());
-        let of = |(i, output): (usize, &Output)| {
+        let logarithm = |(i, output): (usize, &Output)| {
             let samples: usize = self.fit.misfits.iter().map(|misfits| misfits[i].samples).sum();
             2.0 * samples as f64 * output.unit.factor.abs().ln()
         };
-        fitted.map(of).sum()
+        fitted.map(logarithm).sum()
     }
 
-    /// Positions of the estimated parameters.
+    /// Indices of the estimated parameters.
     fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
         let estimates = self.fit.estimates.iter().enumerate();
         estimates.filter(|(_, estimate)| estimate.recording.is_none()).map(|(i, _)| i)
     }
 
-    /// Of estimates by their positions.
+    /// Entries of estimates by their indices.
     fn entries(&self, estimates: impl Iterator<Item = usize>) -> Value {
-        let of = |i: usize| {
+        let entry_of = |i: usize| {
             let (name, mut entry) = entry(self.signature, &self.fit.estimates[i]);
             entry["std_model"] = self.left_over.entry(i, self.unit(i));
             (name, entry)
         };
-        Value::Object(estimates.map(of).collect())
+        Value::Object(estimates.map(entry_of).collect())
     }
 
     fn starts_valid(&self) -> Value {
         let Some(tested) = &self.valid else { return json!([]) };
-        let of = |(path, starts): (&PathBuf, &Starts)| {
+        let starts_of = |(path, starts): (&PathBuf, &Starts)| {
             let entry = |(i, value): &(usize, f64)| {
                 let unknown = self.signature.unknowns.at(*i);
                 let value = unknown.unit.from_si(*value);
@@ -251,16 +251,16 @@ impl Outcome<'_> {
             let values: Map<String, Value> = starts.iter().map(entry).collect();
             json!({ "data": path.display().to_string(), "values": values })
         };
-        Value::Array(tested.paths.iter().zip(&tested.starts).map(of).collect())
+        Value::Array(tested.paths.iter().zip(&tested.starts).map(starts_of).collect())
     }
 
-    /// A matrix over the estimated parameters; null where something is not determined.
+    /// A matrix over the estimated parameters; null for undetermined entries.
     fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Value {
         let row = |i: usize| self.parameters().map(|j| entry(i, j)).collect::<Vec<_>>();
         json!(self.parameters().map(row).collect::<Vec<_>>())
     }
 
-    /// Outputs that can be measured, with their positions.
+    /// Outputs that can be measured, with their indices.
     fn outputs(&self) -> impl Iterator<Item = (usize, &Output)> {
         let outputs = self.signature.outputs.iter().enumerate();
         outputs.filter(|(i, _)| !self.signature.is_deviation(*i))
@@ -349,7 +349,7 @@ impl Outcome<'_> {
         text
     }
 
-    /// What to do about an estimate that ran away.
+    /// Advice on an estimate that ran away.
     fn runaway(&self, i: usize) -> Option<String> {
         let estimate = &self.fit.estimates[i];
         let Direction::Parameter(at) = estimate.of else { return None };
@@ -362,7 +362,7 @@ impl Outcome<'_> {
         for (i, output) in outputs.filter(|(i, _)| self.fit.light_samples[*i] > 0) {
             let samples: usize = self.fit.misfits.iter().map(|misfits| misfits[i].samples).sum();
             let light = self.fit.light_samples[i];
-            // Writing to a string does not fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
                 "`{}`: {light} of {samples} samples weigh less than half, {} %; of normal noise it were {} %",
@@ -378,7 +378,7 @@ impl Outcome<'_> {
         for line in (0..fit.estimates.len()).filter_map(|i| self.runaway(i)) {
             text.push_str(&line);
         }
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         for pair in fit.correlated(CORRELATED) {
             let (first, second) = (self.name(pair.first), self.name(pair.second));
             push_correlated(text, &first, &second, pair.correlation);
@@ -418,7 +418,7 @@ impl Outcome<'_> {
     }
 }
 
-/// An estimate's name and what `result.json` has of it.
+/// An estimate's name and its entry in `result.json`.
 pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Value) {
     let unit = unit_of(signature, estimate);
     let name = match estimate.of {
@@ -456,7 +456,7 @@ impl Estimated for Outcome<'_> {
     }
 }
 
-/// What an estimate is called: a start value with its recording where there are several.
+/// The name of an estimate: for an initial value with its recording if there are several.
 pub(crate) fn name_of(estimate: &Estimate, recording_names: &[String]) -> String {
     match (estimate.recording, recording_names) {
         (Some(r), [_, _, ..]) => format!("{} of {}", estimate.name, recording_names[r]),
@@ -487,29 +487,29 @@ pub(crate) fn fixed_entries(
     fixed.map(entry).collect()
 }
 
-/// What was chosen of each variant.
+/// The choice of each variant.
 pub(crate) fn variant_entries(variants: &[Variant]) -> Map<String, Value> {
     let entry =
         |variant: &Variant| (variant.name.clone(), json!(variant.choices.get(variant.chosen)));
     variants.iter().map(entry).collect()
 }
 
-/// Root-mean-square error of an output over all recordings, in its unit.
+/// Root-mean-square residual of an output over all recordings, in its unit.
 pub(crate) fn rms_of(evaluation: &Evaluation, output: usize, unit: &Unit) -> Option<f64> {
-    let all: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
-    all.rms().map(|rms| rms / unit.factor)
+    let misfit: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
+    misfit.rms().map(|rms| rms / unit.factor)
 }
 
-/// A line about two estimates.
+/// A line about two correlated estimates.
 pub(crate) fn push_correlated(text: &mut String, first: &str, second: &str, correlation: f64) {
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let _ = writeln!(
         text,
         "`{first}` and `{second}` are hardly told apart: correlation {correlation:.3}"
     );
 }
 
-/// A line for each combination of estimates that no output, or no row, sees.
+/// A line for each combination of estimates that no output, or no row, depends on.
 pub(crate) fn push_combinations(
     text: &mut String,
     undetermined: &[Undetermined],
@@ -517,7 +517,7 @@ pub(crate) fn push_combinations(
     what: &str,
 ) {
     for combination in undetermined {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = match combination.terms.as_slice() {
             [one] => writeln!(text, "no {what} depends on `{}`", name(one.estimate)),
             terms => {

@@ -1,12 +1,12 @@
-//! How good a fit is, output by output, on training and validation recordings.
+//! The quality of a fit, output by output, on training and validation recordings.
 //!
 //! ```text
 //!   e = measured − simulated      R² = 1 − Σe²/Σ(y − ȳ)²      fit = 100 (1 − ‖e‖/‖y − ȳ‖) %
 //! ```
 //!
-//! ȳ is the mean of all samples that count. The fit in percent is Ljung's, System Identification
-//! Toolbox, `compare`; the tests of residuals are those of [`dgd_screen::residuals`], of residuals over their own standard
-//! deviations ([`super::standard`]).
+//! ȳ is the mean of all samples that count. The fit in percent is Ljung's, System Identification Toolbox, `compare`;
+//! residuals are tested by [`dgd_screen::residuals`], after division by their own standard deviations
+//! ([`super::standard`]).
 
 use std::fmt::Write as _;
 
@@ -18,16 +18,16 @@ use serde_json::{Map, Value, json};
 use super::standard::Standard;
 use crate::output::quantity::short;
 
-/// Lags that are tested, in samples.
+/// Tested lags, in samples.
 const LAGS: usize = 25;
 
-/// A test fails where chance alone fails one of all the tests of a set this often.
+/// Significance level of all tests of a set together.
 pub(crate) const RARE: f64 = 0.01;
 
 /// Quality of all outputs on one set of recordings.
 pub(crate) struct Quality {
     outputs: Vec<Option<OutputQuality>>,
-    /// Tests of inputs that were made.
+    /// Number of input tests made.
     input_tests: usize,
 }
 
@@ -36,17 +36,17 @@ struct OutputQuality {
     samples: usize,
     mse: f64,
     bias: f64,
-    /// Σe²/Σ(y − ȳ)²; `None` where the output does not change.
+    /// Σe²/Σ(y − ȳ)²; `None` if the output is constant.
     unexplained: Option<f64>,
     whiteness: Option<Portmanteau>,
     /// By input.
     inputs: Vec<Option<CrossCorrelation>>,
-    /// The usual spacing of the samples, s.
+    /// The typical sample interval, s.
     spacing: f64,
 }
 
 impl Quality {
-    /// Of an evaluation of these recordings, with the noise of a fit.
+    /// From an evaluation of these recordings, with the noise of a fit.
     pub(crate) fn of(
         signature: &Signature,
         recordings: &[Recording],
@@ -55,10 +55,10 @@ impl Quality {
     ) -> Self {
         let inputs: Vec<Vec<Vec<f64>>> =
             recordings.iter().map(|recording| input_values(signature, recording)).collect();
-        let of = |(i, output): (usize, &dgd_runtime::Output)| {
+        let quality_of = |(i, output): (usize, &dgd_runtime::Output)| {
             output_quality(recordings, evaluation, &inputs, i, &output.unit, standard)
         };
-        let outputs: Vec<_> = signature.outputs.iter().enumerate().map(of).collect();
+        let outputs: Vec<_> = signature.outputs.iter().enumerate().map(quality_of).collect();
         let input_tests = outputs.iter().flatten().flat_map(|q| q.inputs.iter().flatten()).count();
         Self { outputs, input_tests }
     }
@@ -68,7 +68,7 @@ impl Quality {
         self.outputs[output].as_ref()?.fit_percent()
     }
 
-    /// What `result.json` has of an output; null where it was not measured.
+    /// The entry of an output in `result.json`; null if it was not measured.
     pub(crate) fn to_json(&self, output: usize, signature: &Signature) -> Value {
         let Some(quality) = &self.outputs[output] else { return Value::Null };
         let inputs: Map<String, Value> = signature
@@ -100,7 +100,7 @@ impl Quality {
     /// A sentence for each output whose residuals correlate with an input.
     pub(crate) fn push_remarks(&self, text: &mut String, signature: &Signature) {
         let names = || signature.outputs.iter().map(|output| &output.name).zip(&self.outputs);
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         for (name, quality) in names() {
             let Some((input, test, lag)) = quality.as_ref().and_then(|q| q.worst_input(self))
             else {
@@ -135,12 +135,12 @@ impl OutputQuality {
         self.unexplained.map(|unexplained| 100.0 * (1.0 - unexplained.sqrt()))
     }
 
-    /// Whether the residuals are autocorrelated, with so many outputs tested.
+    /// Whether the residuals are autocorrelated, given the number of tested outputs.
     fn is_coloured(&self, tests: usize) -> bool {
         self.whiteness.as_ref().is_some_and(|test| test.p_value * (tests as f64) < RARE)
     }
 
-    /// The input that the residuals correlate with most, if any, and the lag, s.
+    /// The input with the most significant correlation, if any, and the lag, s.
     fn worst_input(&self, all: &Quality) -> Option<(usize, &CrossCorrelation, f64)> {
         let tests =
             self.inputs.iter().enumerate().filter_map(|(i, test)| Some((i, test.as_ref()?)));
@@ -233,7 +233,7 @@ fn output_quality(
     })
 }
 
-/// The square of a unit, as a reader writes it.
+/// The square of a unit, as usually written.
 fn squared(unit: &Unit) -> String {
     let symbol = &unit.symbol;
     if symbol.contains(['*', '/', '^', ' ']) {

@@ -1,4 +1,4 @@
-//! What a regression found, for people and for programs.
+//! The result of a regression, as text and JSON.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ use crate::output::table::{push_table, significant};
 use crate::request::Estimator;
 use crate::run::recording;
 
-/// A regression and how well the model does with what it found.
+/// A regression and the model's quality with its estimates.
 pub(crate) struct RegressionOutcome<'a> {
     pub estimator: Estimator,
     pub signature: &'a Signature,
@@ -31,11 +31,11 @@ pub(crate) struct RegressionOutcome<'a> {
     pub fit: &'a RegressionFit,
     /// Estimates over time, of the recursive estimator.
     pub followed: Option<&'a Followed>,
-    /// The recordings simulated, or why they cannot be.
+    /// The simulated recordings, or the reason why they cannot be simulated.
     pub train: Option<Result<Tested, String>>,
     pub valid: Option<Result<Tested, String>>,
     pub intervals: Intervals,
-    /// What Ctrl-C kept it from.
+    /// The parts left out because of Ctrl-C.
     pub left_out: &'a LeftOut,
     /// Outputs whose noise could not be estimated.
     pub few: &'a FewSamples,
@@ -136,7 +136,7 @@ impl RegressionOutcome<'_> {
         result
     }
 
-    /// The recursive estimates, sample by sample; with a column for the recording where there are several.
+    /// The recursive estimates, sample by sample, with a column for the recording if there are several.
     pub(crate) fn estimates_csv(&self) -> Option<String> {
         let Self { signature, fit, followed, .. } = self;
         let followed = (*followed)?;
@@ -166,14 +166,14 @@ impl RegressionOutcome<'_> {
         self.estimator.name()
     }
 
-    /// What the j-th estimate would be without bounds, in its unit.
+    /// The unconstrained j-th estimate, in its unit.
     fn unbounded(&self, j: usize) -> Option<f64> {
         let dgd_runtime::Direction::Parameter(i) = self.fit.estimates[j].of else { return None };
         let value = self.fit.unbounded.as_ref()?[i];
         self.fit.linear[j].then(|| self.signature.parameters[i].unit.from_si(value))
     }
 
-    /// Unit of a row's errors, and SI in one of it.
+    /// Unit of a row's residuals, and its factor to SI.
     fn row_unit(&self, row: &RowQuality) -> (String, f64) {
         match row.of {
             RowOf::Output(i) => {
@@ -206,8 +206,8 @@ impl RegressionOutcome<'_> {
         rms_of(&tested.evaluation, output, &self.signature.outputs[output].unit)
     }
 
-    /// What each equation and output should be and is, and the difference within ± 2 of its standard
-    /// deviations; over time, or over rows.
+    /// Target and prediction of each equation and output, and their difference with the band of ± 2 standard
+    /// deviations, over time or over rows.
     pub(crate) fn figure(&self, traces: &[RowTrace], paths: &[PathBuf], by_row: bool) -> Figure {
         let names = recording::names(paths);
         let (mut subjects, mut differences) = (Vec::new(), Vec::new());
@@ -259,7 +259,7 @@ impl RegressionOutcome<'_> {
         beside(&subjects, differences, x_label)
     }
 
-    /// A matrix over the estimates; null where something is not determined.
+    /// A matrix over the estimates; null for undetermined entries.
     fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Value {
         let n = self.fit.estimates.len();
         let row = |i: usize| (0..n).map(|j| entry(i, j)).collect::<Vec<_>>();
@@ -335,7 +335,7 @@ impl RegressionOutcome<'_> {
 
     fn push_remarks(&self, text: &mut String) {
         let fit = self.fit;
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         for row in &fit.rows {
             if let Some(parameter) = &row.multiplied_by {
                 let _ = writeln!(

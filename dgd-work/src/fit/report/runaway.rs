@@ -1,20 +1,20 @@
-//! Parameters that run away: far from where they began, where the data no longer says how far.
+//! Runaway parameters: estimates far from the initial guess that the data no longer determines.
 
 use dgd_identify::Estimate;
 use dgd_runtime::{Parameter, Unit};
 
 use crate::output::table::exact;
 
-/// How many times as large or as small as at the start a parameter is that ran away.
+/// A runaway parameter has changed by more than this factor.
 const FAR: f64 = 100.0;
 
-/// The share of its value from which on a standard deviation says that the data does not determine it.
+/// Relative standard deviation above which the data does not determine a parameter.
 const UNCERTAIN: f64 = 0.5;
 
-/// Digits of a declared value; conversion between units leaves something behind the fifteenth.
+/// Digits of a declared value; unit conversions leave rounding in the fifteenth.
 const DECLARED: usize = 14;
 
-/// A sentence on a parameter that ran away, with bounds that would hold it; nothing of others.
+/// A sentence about a runaway parameter with bounds that would contain it; `None` for others.
 pub(super) fn line(parameter: &Parameter, estimate: &Estimate, unit: &Unit) -> Option<String> {
     let began = if parameter.value == 0.0 { parameter.nominal? } else { parameter.value };
     let ratio = (estimate.value / began).abs();
@@ -25,7 +25,7 @@ pub(super) fn line(parameter: &Parameter, estimate: &Estimate, unit: &Unit) -> O
     }
     let (name, symbol) = (&parameter.name, &unit.symbol);
     let shown = |si: f64| exact(unit.from_si(si), 2);
-    // The line is to be copied, and the value in it is the user's own.
+    // Users copy this line, so it has their own value.
     let declared = exact(unit.from_si(parameter.value), DECLARED);
     let (low, high) = match parameter.value {
         value if value > 0.0 => (value / 10.0, value * 10.0),
@@ -62,7 +62,7 @@ mod tests {
             log: false,
             fixed: false,
         };
-        let said = |value: f64, std: Option<f64>| {
+        let sentence = |value: f64, std: Option<f64>| {
             let estimate = Estimate {
                 name: "L".to_owned(),
                 of: Direction::Parameter(0),
@@ -73,9 +73,9 @@ mod tests {
             };
             line(&parameter, &estimate, &unit)
         };
-        assert_eq!(said(3e-3, None), None);
-        assert_eq!(said(0.9, Some(0.01)), None);
-        let text = said(0.9, Some(0.8)).expect("it ran away");
+        assert_eq!(sentence(3e-3, None), None);
+        assert_eq!(sentence(0.9, Some(0.01)), None);
+        let text = sentence(0.9, Some(0.8)).expect("it ran away");
         assert!(text.contains("from 2.35 to 900 mH"), "{text}");
         assert!(text.contains("`parameter L [mH] = 2.35  in 0.24 .. 24`"), "{text}");
     }

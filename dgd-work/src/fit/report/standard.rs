@@ -1,12 +1,12 @@
-//! Residuals over their own standard deviations: what tests and figures are made of.
+//! Standardised residuals, for tests and figures.
 //!
 //! ```text
 //!   z = (measured − simulated)/σ        log-normal noise: (ln measured − ln simulated)/σ
-//!   Student's: Φ⁻¹(F(z)), the normal deviate of the same probability
+//!   Student's t: Φ⁻¹(F(z)), the normal deviate of the same probability
 //! ```
 //!
-//! σ is that of the output, or that of the reading where the noise is a formula or recorded. Where the model is right,
-//! z are standard normal deviates whatever the noise is, so that tests have their level.
+//! σ is the noise of the output, or of the single reading if the noise is a formula or recorded. For a correct model z
+//! is standard normal whatever the noise is, so that tests keep their significance level.
 
 use dgd_identify::{Fit, Judged, Noise, Recording};
 use dgd_runtime::signature::Distribution;
@@ -17,21 +17,21 @@ use dgd_screen::distribution::normal_of_student;
 pub(crate) struct Standardised {
     /// z.
     pub residual: f64,
-    /// The same with the weight of the fit's loss: outliers do not hide what other samples show.
+    /// The same with the weight of the fit's loss, so that outliers do not dominate tests.
     pub tested: f64,
-    /// −2 ln of the density of the reading, SI; `None` where all readings of the output have one σ.
+    /// −2 ln of the density of the reading, SI; `None` if all readings of the output have the same σ.
     pub deviance: Option<f64>,
 }
 
 impl Standardised {
-    /// That of a sample that does not count.
+    /// For a sample that does not count.
     pub(crate) fn missing(changes: bool) -> Self {
         let deviance = changes.then_some(f64::NAN);
         Standardised { residual: f64::NAN, tested: f64::NAN, deviance }
     }
 }
 
-/// The noise with which a fit was made, and which it found.
+/// The noise used and estimated by a fit.
 #[derive(Clone, Copy)]
 pub(crate) struct Standard<'a> {
     pub noise: &'a [Option<Noise>],
@@ -44,8 +44,8 @@ impl Standard<'_> {
         self.noise[output].is_some_and(Noise::is_likelihood)
     }
 
-    /// The residual of sample k of an output, where the model has the outputs `w`; `None` where the output is not
-    /// fitted, so that its noise is not known.
+    /// The residual of sample k of an output for the model outputs `w`; `None` if the output is not fitted and its
+    /// noise therefore unknown.
     pub(crate) fn of(
         &self,
         recording: &Recording,

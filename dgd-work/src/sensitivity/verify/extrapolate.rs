@@ -1,10 +1,10 @@
 //! Extrapolation of difference quotients.
 
-/// A derivative found by differences.
+/// A derivative computed from differences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Difference {
     pub(super) value: f64,
-    /// What the extrapolation estimates its error to be: from curvature, and from the simulations.
+    /// Error estimated by the extrapolation: from curvature, and from the simulations.
     pub(super) error: f64,
 }
 
@@ -12,20 +12,20 @@ pub(super) struct Difference {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quotient {
     pub(super) value: f64,
-    /// What errors of the simulations can do to it.
+    /// Error due to the simulations.
     pub(super) noise: f64,
 }
 
-/// The limit of difference quotients D(h), D(h/2), D(h/4), … whose error is a series in hᵏ, where k is
-/// the `order`; none for fewer than two.
+/// The limit of difference quotients D(h), D(h/2), D(h/4), … whose error is a series in hᵏ, where k is the `order`;
+/// `None` for fewer than two.
 ///
 /// ```text
 ///   T(i, j) = T(i, j−1) + (T(i, j−1) − T(i−1, j−1)) / (2^(k j) − 1)
 /// ```
 ///
-/// The error of an entry is what it differs by from its two predecessors, and the noise of the latest
-/// quotient in it, lest noisy entries that happen to be alike be trusted. The entry with the least is
-/// taken, so that smaller steps do no harm where noise takes over.
+/// The error of an entry is its difference from its two predecessors plus the noise of the latest quotient in it, so
+/// that noisy entries that happen to agree are not trusted. The entry with the smallest error is used, so that smaller
+/// steps do no harm when noise takes over.
 ///
 /// # Source
 ///

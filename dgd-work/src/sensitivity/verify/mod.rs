@@ -1,20 +1,20 @@
-//! Sensitivities against differences of simulations, on the user's own run.
+//! Compares sensitivities with finite differences of simulations on the user's own run.
 //!
-//! For each parameter the run is repeated with other values of it (`moved.rs`), at tighter tolerances,
-//! and the differences of what comes out are extrapolated to no change at all, with an estimate of
-//! their own error (`extrapolate.rs`). Each sensitivity is then compared with its difference in units of
+//! For each parameter the run is repeated with changed values (`moved.rs`) at tighter tolerances, and the differences
+//! of the results are extrapolated to zero change, with an error estimate (`extrapolate.rs`). Each sensitivity is then
+//! compared with its difference in units of
 //!
 //! ```text
 //!   max((rtol + atol) · its scale, error of the difference)
 //! ```
 //!
-//! Its scale is the largest value that it has over the run, or what the unknown or output does over the run per
-//! size of the parameter, whichever is more: a derivative that is zero but for rounding is known no better than
-//! that. A sample's difference is taken to be no better than those of half of the samples, as its error is
-//! estimated from a few quotients that may be alike by chance.
+//! The scale is the largest value of the sensitivity over the run, or the range of the unknown or output over the run
+//! per size of the parameter, whichever is larger, because a derivative that is zero up to rounding is no more accurate
+//! than that. The error of a sample's difference is taken to be at least the median over all samples, because it is
+//! estimated from a few quotients that may agree by chance.
 //!
-//! A sample that a moved event or jump passes has no difference, and is left out and counted; so is one
-//! whose difference is too uncertain to say anything, and one at a kink, where a sensitivity is that of one side.
+//! Samples passed by a moved event or jump have no difference; they are left out and counted, and so are samples with a
+//! difference too uncertain to compare, and those at a kink, where a sensitivity is one-sided.
 
 mod extrapolate;
 mod moved;
@@ -31,17 +31,16 @@ use moved::{Moved, moved};
 pub use report::Report;
 use report::{Row, Worst};
 
-/// A sensitivity may differ by this many of its units: tolerances are of a single step, and over a run
-/// the error stays within a hundred of them.
+/// Most units of deviation: tolerances apply to a single step, and the global error stays within a hundred of them.
 const ALLOWED: f64 = 100.0;
 
-/// A difference whose own error is more than this fraction of the largest value says nothing.
+/// A difference with an error above this fraction of the largest value is not compared.
 const UNCERTAIN: f64 = 0.01;
 
-/// Tolerances of the runs that are compared.
+/// Tolerances of the compared runs.
 const TIGHT: f64 = 1e-10;
 
-/// Something that has sensitivities: an unknown or an output, by position.
+/// Something that has sensitivities: an unknown or an output, by index.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Of {
     Unknown(usize),
@@ -56,7 +55,7 @@ pub(super) struct Trajectory {
 }
 
 impl Of {
-    /// All unknowns, and the outputs that are not one of them in another unit.
+    /// All unknowns, and the outputs that are not unknowns in another unit.
     pub(crate) fn all(signature: &Signature) -> Vec<Of> {
         let is_unknown = |name: &str| signature.unknowns.iter().any(|x| x.name == name);
         let outputs = signature.outputs.iter().enumerate();
@@ -87,7 +86,7 @@ impl Of {
         }
     }
 
-    /// Its size, for what is zero all along.
+    /// Its nominal size, for quantities that are zero throughout.
     fn size(self, signature: &Signature, of: &Trajectory) -> f64 {
         let (declared, unit) = match self {
             Of::Unknown(i) => (signature.unknowns.nominal(i), signature.unknowns.unit(i)),
@@ -99,13 +98,13 @@ impl Of {
         if size > 0.0 && size.is_finite() { size } else { unit.factor.abs() }
     }
 
-    /// What it does over the run: how far it moves, and no less than what can be told from its size.
+    /// Its range over the run, and at least the resolution that follows from its size.
     fn range(self, run: &Run, of: &Trajectory) -> f64 {
         let values = || (0..of.solution.len()).map(|k| self.value(of, k));
         let most = values().fold(f64::NEG_INFINITY, f64::max);
         let least = values().fold(f64::INFINITY, f64::min);
-        let told = run.options.rtol * self.size(run.signature(), of);
-        if (most - least).is_finite() { told.max(most - least) } else { told }
+        let resolution = run.options.rtol * self.size(run.signature(), of);
+        if (most - least).is_finite() { resolution.max(most - least) } else { resolution }
     }
 }
 
@@ -120,25 +119,25 @@ pub(crate) fn against_differences(
     let signature = run.signature();
     let watched = run.options.watched;
     let options = Options { rtol: TIGHT, atol: TIGHT, watched, ..Options::default() };
-    let given = Trajectory { solution: solution.clone(), observations: observations.clone() };
+    let unmoved = Trajectory { solution: solution.clone(), observations: observations.clone() };
     let mut rows = Vec::new();
     for (j, direction) in signature.directions.iter().enumerate() {
-        let size = direction_size(run, &given, j, *direction);
-        let of = Count::Exactly(signature.directions.len());
-        session.advanced("parameters compared", j, of);
-        let moved = moved(run, &given, *direction, size, &options)?;
+        let size = direction_size(run, &unmoved, j, *direction);
+        let count = Count::Exactly(signature.directions.len());
+        session.advanced("parameters compared", j, count);
+        let moved = moved(run, &unmoved, *direction, size, &options)?;
         if session.listener.is_stopped() {
             return Err(WorkError::Interrupted("stopped by Ctrl-C".to_owned()));
         }
-        for of in all {
-            rows.push(compare(run, &given, &moved, *of, j, size));
+        for count in all {
+            rows.push(compare(run, &unmoved, &moved, *count, j, size));
         }
     }
     Ok(Report { rows, allowed: ALLOWED })
 }
 
-/// How large the j-th parameter or start value is; for one that is zero and declares no size, as large
-/// as it takes to change something by its own size.
+/// Size of the j-th parameter or initial value; for one that is zero without a declared size, the change that moves
+/// some quantity by its own size.
 fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction) -> f64 {
     let signature = run.signature();
     let (value, nominal) = match direction {
@@ -157,24 +156,24 @@ fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction)
     if least.is_finite() { least } else { signature.direction_unit(j).factor.abs() }
 }
 
-/// Compares one thing's sensitivity to one parameter at all times.
+/// Compares the sensitivity of one quantity to one parameter at all times.
 fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size: f64) -> Row {
     let signature = run.signature();
     let times = &given.solution.times;
     let noise = TIGHT * of.size(signature, given);
-    let found: Vec<(f64, Option<Difference>)> = (0..times.len())
+    let pairs: Vec<(f64, Option<Difference>)> = (0..times.len())
         .map(|k| {
             let quotients = moved.quotients(k, noise, |trajectory| of.value(trajectory, k));
             (of.derivative(given, j, k), extrapolated(&quotients, moved.order))
         })
         .collect();
-    let largest = found.iter().fold(0.0, |largest: f64, (s, difference)| {
+    let largest = pairs.iter().fold(0.0, |largest: f64, (s, difference)| {
         // NaN is never the maximum.
         largest.max(s.abs()).max(difference.map_or(0.0, |difference| difference.value.abs()))
     });
     let scale = largest.max(of.range(run, given) / size);
     let tolerance = (run.options.rtol + run.options.atol) * scale;
-    let usual = median(found.iter().filter_map(|(_, difference)| Some(difference.as_ref()?.error)));
+    let usual = median(pairs.iter().filter_map(|(_, difference)| Some(difference.as_ref()?.error)));
 
     let mut row = Row {
         of: of.name(signature),
@@ -188,7 +187,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size:
         uncertain: 0,
         kinks: 0,
     };
-    for (k, (s, difference)) in found.into_iter().enumerate() {
+    for (k, (s, difference)) in pairs.into_iter().enumerate() {
         // Undefined sensitivities have been reported with their cause.
         if s.is_nan() {
             row.undefined += 1;
@@ -201,7 +200,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size:
         let error = error.max(usual);
         let apart = (s - value).abs();
         let ratio = if apart == 0.0 { 0.0 } else { apart / tolerance.max(error) };
-        // One that is wrong beyond its uncertainty is wrong, however uncertain; what is the same is not.
+        // A deviation beyond the uncertainty counts, however large that is; equal values count as compared.
         let is_uncertain = error > UNCERTAIN * largest + tolerance && apart != 0.0;
         if is_uncertain && ratio <= ALLOWED || error.is_nan() {
             row.uncertain += 1;
@@ -223,7 +222,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size:
     row
 }
 
-/// Whether the two sides of a kink have differences of their own, and a sensitivity is that of one of them.
+/// Whether the two sides of a kink have differences of their own, and the sensitivity matches one of them.
 fn is_one_side(s: f64, sides: &[Vec<Quotient>; 2], tolerance: f64, uncertain: f64) -> bool {
     let [Some(lower), Some(higher)] = sides.each_ref().map(|side| extrapolated(side, 1)) else {
         return false;
@@ -236,7 +235,7 @@ fn is_one_side(s: f64, sides: &[Vec<Quotient>; 2], tolerance: f64, uncertain: f6
     is_kink && (is_of(lower) || is_of(higher))
 }
 
-/// The middle one of some numbers; 0 for none.
+/// The median of some numbers; 0 for none.
 fn median(numbers: impl Iterator<Item = f64>) -> f64 {
     let mut numbers: Vec<f64> = numbers.filter(|number| number.is_finite()).collect();
     numbers.sort_by(f64::total_cmp);
@@ -247,7 +246,7 @@ fn median(numbers: impl Iterator<Item = f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// Quotients of both sides of a function at 0.
+    /// Quotients on both sides of a function at 0.
     fn sides(f: impl Fn(f64) -> f64) -> [Vec<Quotient>; 2] {
         [-1.0, 1.0].map(|sign| {
             let quotient = |k: i32| {
@@ -264,7 +263,7 @@ mod tests {
         for (slope, is_right) in [(0.0, true), (2.0, true), (1.0, false), (3.0, false)] {
             assert_eq!(is_one_side(slope, &kink, 1e-8, 1e-2), is_right, "{slope}");
         }
-        // Where there is none, no other slope is that of a side.
+        // Without a kink, no other slope is one-sided.
         let smooth = sides(f64::sin);
         assert!(!is_one_side(0.9, &smooth, 1e-8, 1e-2));
         assert!(!is_one_side(1.1, &smooth, 1e-8, 1e-2));

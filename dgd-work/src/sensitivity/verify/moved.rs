@@ -1,4 +1,4 @@
-//! The user's run again, with a parameter or a start value a little different.
+//! Repeats the user's run with a slightly changed parameter or initial value.
 
 use dgd_runtime::{Direction, Failure, Interpolation, Options, Problem, observe, simulate};
 
@@ -7,36 +7,36 @@ use super::extrapolate::Quotient;
 use crate::error::WorkError;
 use crate::run::Run;
 
-/// The largest change, as a fraction of the parameter's size, halved three times: with errors of
-/// 1e-10 in the runs the differences are good to about 1e-7 of what they are taken of.
+/// The largest change, as a fraction of the parameter's size, halved three times: with relative errors of 1e-10 in the
+/// runs, the differences are accurate to about 1e-7 of the quantity.
 const CHANGE: f64 = 4e-3;
 
-/// Runs at ever smaller changes.
+/// Runs at decreasing changes.
 pub(super) struct Moved {
     /// Largest change first.
     rungs: Vec<Rung>,
-    /// The run as the user has it, where the others are on both sides of it.
+    /// The unchanged run, if the others lie on both sides of it.
     unmoved: Option<Trajectory>,
-    /// The error of a quotient is a series in the change to this power.
+    /// The error of a quotient is a power series in the change to this power.
     pub(super) order: i32,
 }
 
 /// Two runs, at one change.
 struct Rung {
-    /// The parameter at the second run less that at the first.
+    /// The parameter in the second run minus that in the first.
     change: f64,
     first: Trajectory,
     second: Trajectory,
-    /// Whether both runs are where the user's is at a sample: in the same modes, after as many events,
-    /// between the same points where inputs jump or kink.
+    /// Whether both runs match the user's at a sample: same modes, same number of events, same segments of piecewise
+    /// inputs.
     alike: Vec<bool>,
 }
 
 impl Moved {
-    /// Difference quotients of what `value` reads at the k-th sample, at those of the smaller changes
-    /// that no event or jump comes between.
+    /// Difference quotients of `value` at the k-th sample, for those of the smaller changes without an event or jump in
+    /// between.
     ///
-    /// `noise` is what a simulation can be wrong by.
+    /// `noise` is the error of a simulation.
     pub(super) fn quotients(
         &self,
         k: usize,
@@ -50,8 +50,7 @@ impl Moved {
         self.alike(k).map(quotient).collect()
     }
 
-    /// The same of each side by itself, lower and higher; none where the parameter was moved to one side
-    /// only.
+    /// The same for each side by itself, lower and higher; `None` if the parameter was moved to one side only.
     pub(super) fn one_sided(
         &self,
         k: usize,
@@ -68,22 +67,22 @@ impl Moved {
         Some([lower.collect(), higher.collect()])
     }
 
-    /// The changes that no event or jump comes between at the k-th sample.
+    /// The changes without an event or jump in between at the k-th sample.
     fn alike(&self, k: usize) -> impl Iterator<Item = &Rung> {
         let is_other = move |rung: &&Rung| rung.alike.get(k) != Some(&true);
         self.rungs.iter().skip_while(is_other)
     }
 }
 
-/// Samples before sensitivities become undefined for good. A run that is a little different may stop
-/// there, and nothing is compared behind.
+/// Samples before sensitivities become undefined for good. A changed run may stop there, and later samples are not
+/// compared.
 fn defined(given: &Trajectory) -> usize {
     let solution = &given.solution;
     let is_known = |k: &usize| !solution.s(*k).iter().any(|s| s.is_nan());
     (0..solution.len()).take_while(is_known).count()
 }
 
-/// Repeats the run with the parameter lower and higher; where lower is not possible, with higher alone.
+/// Repeats the run with the parameter lower and higher, or only higher if lower is impossible.
 pub(super) fn moved(
     run: &Run,
     given: &Trajectory,
@@ -135,7 +134,7 @@ fn compared(rungs: Vec<(f64, WithBranches, WithBranches)>, expected: &Branches) 
     rungs.into_iter().map(rung).collect()
 }
 
-/// The run with another value of one parameter or start value.
+/// The run with another value of one parameter or initial value.
 fn trajectory(
     run: &Run,
     times: &[f64],
@@ -168,20 +167,19 @@ fn trajectory(
     Ok((trajectory, branches))
 }
 
-/// What must be the same at a sample of two runs for a difference between them to be one of smooth
-/// functions.
+/// State that must be equal at a sample of two runs for their difference to be one of smooth functions.
 #[derive(Clone)]
 struct Branches(Vec<Branch>);
 
 #[derive(Clone, PartialEq)]
 struct Branch {
-    /// Modes and conditions on time, at the sample and at those that are read late.
+    /// Modes and conditions on time, at the sample and at its delayed times.
     z: Vec<f64>,
-    /// Events so far, at the same.
+    /// Number of events up to each of these times.
     events: Vec<usize>,
-    /// Segments of the inputs that late outputs read.
+    /// Input segments read by delayed outputs.
     segments: Vec<usize>,
-    /// Held inputs that are read late, and slopes of linear ones.
+    /// Delayed held inputs, and slopes of delayed linear ones.
     late_inputs: Vec<f64>,
 }
 
@@ -214,14 +212,14 @@ impl Branches {
     }
 }
 
-/// Of the inputs that the model reads late: the values of held ones, and the slopes of all.
+/// Delayed inputs of the model: the values of held ones, and the slopes of all.
 fn delayed_inputs(run: &Run, u: &[f64]) -> Vec<f64> {
     let signature = run.signature();
     let (n, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
-    let held = signature
+    let held_inputs = signature
         .delayed_inputs
         .iter()
         .enumerate()
         .filter(|(_, late)| signature.inputs[late.input].interpolation == Interpolation::Hold);
-    held.map(|(i, _)| u[n + i]).chain(u[n + n_late..].iter().copied()).collect()
+    held_inputs.map(|(i, _)| u[n + i]).chain(u[n + n_late..].iter().copied()).collect()
 }

@@ -1,38 +1,38 @@
-//! What a comparison of sensitivities with differences says.
+//! The report on a comparison of sensitivities with differences.
 
 use std::fmt::Write;
 
 use dgd_runtime::signature::number::short;
 use serde_json::{Value, json};
 
-/// How the sensitivities of a run compare.
+/// The comparison of a run's sensitivities.
 #[derive(Debug, Clone)]
 pub struct Report {
     pub(super) rows: Vec<Row>,
-    /// Most units that a sensitivity may be off.
+    /// Most units of deviation allowed.
     pub(super) allowed: f64,
 }
 
-/// One unknown or output and one parameter.
+/// One unknown or output, and one parameter.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
     pub(super) of: String,
     pub(super) to: String,
-    /// Its largest value over all times, or what `of` does over the run per size of `to`, SI.
+    /// Its largest value over all times, or the range of `of` over the run per size of `to`, SI.
     pub(super) scale: f64,
-    /// Where it differs most in its units; none where nothing could be compared.
+    /// The largest deviation; `None` if nothing could be compared.
     pub(super) worst: Option<Worst>,
-    /// Largest error of the differences that were compared, SI.
+    /// Largest error of the compared differences, SI.
     pub(super) uncertainty: f64,
-    /// Samples that were compared.
+    /// Compared samples.
     pub(super) compared: usize,
     /// Samples at which the sensitivity is undefined.
     pub(super) undefined: usize,
-    /// Samples that an event or jump passes as the parameter changes.
+    /// Samples passed by an event or jump as the parameter changes.
     pub(super) passed: usize,
-    /// Samples at which the difference is too uncertain.
+    /// Samples with a difference too uncertain to compare.
     pub(super) uncertain: usize,
-    /// Samples at a kink, where the sensitivity is that of one side.
+    /// Samples at a kink, where the sensitivity is one-sided.
     pub(super) kinks: usize,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Worst {
     pub(super) ratio: f64,
     /// SI.
     pub(super) apart: f64,
-    /// When, s.
+    /// Its time, s.
     pub(super) at: f64,
 }
 
@@ -57,7 +57,7 @@ impl Row {
     }
 
     fn is_wrong(&self, allowed: f64) -> bool {
-        // NaN is wrong.
+        // NaN counts as wrong.
         self.worst.as_ref().is_some_and(|worst| worst.ratio > allowed || worst.ratio.is_nan())
     }
 
@@ -66,7 +66,7 @@ impl Row {
         if self.scale == 0.0 { 0.0 } else { value / self.scale }
     }
 
-    /// What could not be compared.
+    /// The samples that were not compared.
     fn left_out(&self) -> String {
         let mut text = String::new();
         for (count, why) in [
@@ -110,7 +110,7 @@ impl Report {
         json!({ "allowed": self.allowed, "sensitivities": rows })
     }
 
-    /// The comparison for people.
+    /// The comparison as text.
     pub fn to_text(&self) -> String {
         let mut text = format!(
             "sensitivities against differences, in units of the tolerance or of the difference's own \
@@ -138,7 +138,7 @@ impl Report {
         text.trim_end().to_owned()
     }
 
-    /// The sensitivity that differs most by more than is allowed, in words.
+    /// The sensitivity with the largest deviation beyond the allowed one, in words.
     pub fn wrong(&self) -> Option<String> {
         let row = self.by_ratio().into_iter().find(|row| row.is_wrong(self.allowed))?;
         let Worst { ratio, apart, at } = row.worst.as_ref()?;
@@ -152,7 +152,7 @@ impl Report {
         ))
     }
 
-    /// Those that differ most come first.
+    /// Rows in order of decreasing deviation.
     fn by_ratio(&self) -> Vec<&Row> {
         let mut rows: Vec<&Row> = self.rows.iter().collect();
         rows.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));

@@ -1,11 +1,11 @@
-//! Clocks of periods in rational proportions: at each tick that they share they act in the order of the file.
+//! Clocks with commensurable periods: at common ticks they act in the order of the file.
 
 use super::Draft;
 
 /// Resets of the held values a, b and c.
 type Act = fn(&mut [f64; 3]);
 
-/// Texts of resets that read each other and stay bounded, and the same on numbers.
+/// Texts of resets that read each other and stay bounded, and the corresponding functions.
 const ACTS: [(&str, Act); 5] = [
     ("reset a = a + 1", |x| x[0] += 1.0),
     ("reset b = 0.5*b + a", |x| x[1] = 0.5 * x[1] + x[0]),

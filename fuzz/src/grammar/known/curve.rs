@@ -1,4 +1,4 @@
-//! Curves through points, written from the literature and not from the compiler.
+//! Curves through points, implemented from the literature, independent of the compiler.
 
 /// A curve through points: a cubic in the distance from the left end of each interval.
 pub(super) struct Curve {
@@ -7,12 +7,12 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// The broken line.
+    /// The piecewise linear curve.
     pub(super) fn linear(points: &[(f64, f64)]) -> Self {
         Self::of(points, |k, x, y| [y[k], (y[k + 1] - y[k]) / (x[k + 1] - x[k]), 0.0, 0.0])
     }
 
-    /// The cubics with these slopes at the points.
+    /// Piecewise cubics with these slopes at the points.
     fn with_slopes(points: &[(f64, f64)], slopes: &[f64]) -> Self {
         Self::of(points, |k, x, y| {
             let h = x[k + 1] - x[k];
@@ -42,7 +42,7 @@ impl Curve {
         let n = points.len();
         let h = |k: usize| points[k + 1].0 - points[k].0;
         let secant = |k: usize| (points[k + 1].1 - points[k].1) / h(k);
-        // Of the inner points, h₋ m₋ + 2 (h₋ + h₊) m + h₊ m₊ = 6 (δ₊ − δ₋).
+        // At the inner points, h₋ m₋ + 2 (h₋ + h₊) m + h₊ m₊ = 6 (δ₊ − δ₋).
         let mut moments = vec![0.0; n];
         let (mut upper, mut right) = (vec![0.0; n], vec![0.0; n]);
         for k in 1..n - 1 {
@@ -66,7 +66,7 @@ impl Curve {
         Self { x, cubics }
     }
 
-    /// The value, which is held beyond the ends.
+    /// The value; constant beyond the ends.
     pub(super) fn value(&self, x: f64) -> f64 {
         let x = x.clamp(self.x[0], self.x[self.x.len() - 1]);
         let k = self.x.partition_point(|knot| *knot <= x).clamp(1, self.cubics.len()) - 1;
@@ -108,7 +108,7 @@ mod tests {
             assert!((curve.integral(5.0) - sum).abs() < 1e-12);
             assert!((curve.integral(7.0) - sum - 6.0).abs() < 1e-12);
         }
-        // A straight line is each of them.
+        // A straight line is reproduced by each.
         let line: Vec<(f64, f64)> = [0.0, 0.3, 2.0, 3.0].map(|x| (x, 2.0 * x - 1.0)).to_vec();
         assert!((Curve::natural(&line).value(1.1) - 1.2).abs() < 1e-12);
         // Curvature is continuous.

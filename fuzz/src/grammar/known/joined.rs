@@ -1,8 +1,8 @@
-//! Modes that join states: what their equations conserve is kept over the instant.
+//! Modes that join states: conserved quantities do not change at the switch.
 
 use super::Draft;
 
-/// Two stores, their levels, and the flow that the second gains where the first loses it.
+/// Two stores, their levels, and the flow from the first to the second.
 struct Pair {
     words: [&'static str; 4],
     units: [&'static str; 4],
@@ -21,7 +21,7 @@ pub(super) fn write(draft: &mut Draft) {
     let [capacity, level, rate, total] = pair.units;
     let (c1, c2) = (draft.number(0.5, 4.0, 1), draft.number(0.5, 4.0, 1));
     let (start1, start2) = (draft.number(2.0, 10.0, 1), draft.number(-3.0, 1.0, 1));
-    // What leaves the first all the time, and the transmission between the two.
+    // The constant outflow of the first store, and the transmission ratio.
     let leaves = if draft.chance(0.5) { 0.0 } else { draft.number(0.1, 1.0, 2) };
     let ratio = if draft.chance(0.6) { 1.0 } else { draft.number(0.5, 3.0, 1) };
     draft.item(format!("parameter c1 [{capacity}] = {c1}"));
@@ -36,7 +36,7 @@ pub(super) fn write(draft: &mut Draft) {
     } else {
         format!("{first} = {ratio}*{second}")
     };
-    // Joined at a time, or at a level, and perhaps parted again.
+    // Joined at a time, or at a level, and possibly separated again.
     let by_level = leaves > 0.0 && draft.chance(0.5);
     let joins = if by_level {
         let share = draft.number(0.2, 0.8, 2);
@@ -45,8 +45,9 @@ pub(super) fn write(draft: &mut Draft) {
         draft.number(0.3, 3.0, 2)
     };
     let (joins, condition) = if by_level {
-        let at: f64 = format!("{:.2}", start1 - leaves * joins / c1).parse().unwrap_or(start1);
-        (c1 * (start1 - at) / leaves, format!("{first} falls below {at} [{level}]"))
+        let threshold: f64 =
+            format!("{:.2}", start1 - leaves * joins / c1).parse().unwrap_or(start1);
+        (c1 * (start1 - threshold) / leaves, format!("{first} falls below {threshold} [{level}]"))
     } else {
         (joins, format!("time rises above {joins} [s]"))
     };
@@ -69,7 +70,7 @@ pub(super) fn write(draft: &mut Draft) {
     draft.item(format!("output {first}"));
     draft.item(format!("output {second}"));
 
-    // An impulse J takes J/c1 from the first and gives ratio·J/c2 to the second.
+    // An impulse J takes J/c1 from the first and adds ratio·J/c2 to the second.
     let before = start1 - leaves * joins / c1;
     let give = 1.0 / c1 + ratio * ratio / c2;
     let impulse = (before - ratio * start2) / give;
@@ -80,12 +81,12 @@ pub(super) fn write(draft: &mut Draft) {
     }
     let until = draft.until;
     let together = parts.map_or(until, |at| at.min(until)) - joins;
-    // Joined, both levels move together.
+    // When joined, both levels move together.
     let falls = leaves / c1 - leaves / (c1 * c1) / give;
     let both = [after[0] - falls * together, (after[0] - falls * together) / ratio];
     let alone = (until - joins - together).max(0.0);
     let end = both[0] - leaves * alone / c1;
-    // Parted above the level, the first falls below it once more.
+    // Separated above the level, the first falls below it again.
     if by_level && both[0] > before && end < before {
         return restart(draft);
     }
@@ -96,7 +97,7 @@ pub(super) fn write(draft: &mut Draft) {
     draft.always(sum, conserved, (ratio * c1 * start1).abs() + (c2 * start2).abs());
 }
 
-/// Writes another one.
+/// Writes another model instead.
 fn restart(draft: &mut Draft) {
     draft.items.clear();
     draft.facts.clear();

@@ -1,9 +1,9 @@
-//! Delays that jump, and delays by states: what is read late is a function in closed form.
+//! Delays that jump, and state-dependent delays, of signals in closed form.
 
 use super::Draft;
 use super::quadrature::{integral, root};
 
-/// What is read late: x before the start and after it, with its texts.
+/// A delayed signal: its values before the start and after it, with their texts.
 struct Signal {
     before: f64,
     slope: f64,
@@ -20,7 +20,7 @@ impl Signal {
     }
 }
 
-/// How long the delay is at a time, and the times at which it is not smooth.
+/// The delay as a function of time, and the times at which it is not smooth.
 struct Length {
     text: String,
     at: Box<dyn Fn(f64) -> f64>,
@@ -62,14 +62,14 @@ pub(super) fn write(draft: &mut Draft) {
             draft.at("gained", t, signal.value(t).powi(2) - late(t).powi(2), size * size);
         }
     }
-    // The pieces end where the delay jumps, and where it reaches the start.
+    // The pieces end where the delay jumps, and where it reaches back to the start.
     let mut ends = length.corners.clone();
     ends.extend([0.0, until]);
     ends.sort_by(f64::total_cmp);
     let reaches = |t: f64| t - (length.at)(t);
     let mut sum = 0.0;
     for pair in ends.windows(2) {
-        // Just within, as the delay has other values at the very ends.
+        // Just inside, because the delay may jump at the ends.
         let (a, b) = (pair[0] + 1e-12, pair[1] - 1e-12);
         if a >= b {
             continue;
@@ -84,24 +84,24 @@ pub(super) fn write(draft: &mut Draft) {
     draft.at("z", until, sum, size * until);
 }
 
-/// A delay that a recorded input holds.
+/// A delay given by a recorded, held input.
 fn by_input(draft: &mut Draft) -> Length {
     let steps = draft.whole(3, 8);
     let mut rows = vec![(0.0, draft.number(0.1, 2.0, 1))];
     for k in 1..steps {
-        let at = draft.until * (k as f64 + draft.random.between(-0.3, 0.3)) / steps as f64;
-        rows.push(((at * 1e3).round() / 1e3, draft.number(0.1, 3.0, 1)));
+        let time = draft.until * (k as f64 + draft.random.between(-0.3, 0.3)) / steps as f64;
+        rows.push(((time * 1e3).round() / 1e3, draft.number(0.1, 3.0, 1)));
     }
     rows.push((draft.until, rows[steps - 1].1));
     draft.item("input w [s]");
     "time [s],w [s]\n".clone_into(&mut draft.data);
     draft.data.extend(rows.iter().map(|(t, w)| format!("{t},{w}\n")));
     let corners = rows[1..steps].iter().map(|row| row.0).collect();
-    let at = move |t: f64| rows[rows.partition_point(|row| row.0 <= t).max(1) - 1].1;
-    Length { text: "w".to_owned(), at: Box::new(at), corners }
+    let delay = move |t: f64| rows[rows.partition_point(|row| row.0 <= t).max(1) - 1].1;
+    Length { text: "w".to_owned(), at: Box::new(delay), corners }
 }
 
-/// A delay that an event, or a condition on time, changes.
+/// A delay changed by an event or a condition on time.
 fn by_held(draft: &mut Draft) -> Length {
     let (first, next) = (draft.number(0.1, 2.0, 1), draft.number(0.1, 2.0, 1));
     let when = draft.number(0.2 * draft.until, 0.8 * draft.until, 2);
@@ -112,8 +112,8 @@ fn by_held(draft: &mut Draft) -> Length {
     } else {
         format!("if time < {when} [s] then {first} [s] else {next} [s]")
     };
-    let at = move |t: f64| if t < when { first } else { next };
-    Length { text, at: Box::new(at), corners: vec![when] }
+    let delay = move |t: f64| if t < when { first } else { next };
+    Length { text, at: Box::new(delay), corners: vec![when] }
 }
 
 /// A delay by a state that decays or oscillates.
@@ -123,14 +123,14 @@ fn by_state(draft: &mut Draft) -> Length {
     if draft.chance(0.5) {
         draft.item("state s = 1");
         draft.item(format!("equation s: der(s) = -{rate}/1 [s]*s"));
-        let at = move |t: f64| least + more * (-rate * t).exp();
+        let delay = move |t: f64| least + more * (-rate * t).exp();
         let text = format!("{least} [s] + {more} [s]*s");
-        return Length { text, at: Box::new(at), corners: Vec::new() };
+        return Length { text, at: Box::new(delay), corners: Vec::new() };
     }
     // The delay grows more slowly than time.
     draft.item("state s = 0");
     draft.item(format!("equation s: der(s) = {rate}/1 [s]*cos(time/1 [s])"));
-    let at = move |t: f64| least + more + more * rate * t.sin();
+    let delay = move |t: f64| least + more + more * rate * t.sin();
     let text = format!("{} [s] + {more} [s]*s", least + more);
-    Length { text, at: Box::new(at), corners: Vec::new() }
+    Length { text, at: Box::new(delay), corners: Vec::new() }
 }

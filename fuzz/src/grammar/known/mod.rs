@@ -1,4 +1,4 @@
-//! Families of models whose solution is known from how they are written: each case has [facts](crate::facts).
+//! Families of models with solutions known by construction: each case has [facts](crate::facts).
 
 mod clocks;
 mod curve;
@@ -21,7 +21,7 @@ use crate::random::Random;
 pub struct Family {
     /// Its name, for `--family`.
     pub name: &'static str,
-    /// What its models have.
+    /// A description of its models.
     pub what: &'static str,
     write: fn(&mut Draft),
 }
@@ -71,7 +71,7 @@ impl Family {
     }
 }
 
-/// A model that is being written.
+/// A model under construction.
 #[derive(Default)]
 struct Draft {
     random: Random,
@@ -79,18 +79,18 @@ struct Draft {
     facts: Vec<Fact>,
     data: String,
     until: f64,
-    /// Whether the order of items is part of the meaning: resets that coincide read each other.
+    /// Whether the order of items matters, because coinciding resets read each other.
     is_ordered: bool,
 }
 
 impl Draft {
-    /// A number with so many decimals, which a text has exactly.
+    /// A random number with this many decimals, exact in decimal notation.
     fn number(&mut self, low: f64, high: f64, decimals: usize) -> f64 {
         let x = self.random.between(low, high);
         format!("{x:.decimals$}").parse().unwrap_or(low)
     }
 
-    /// A whole number in these bounds.
+    /// A random whole number within these bounds.
     fn whole(&mut self, low: usize, high: usize) -> usize {
         low + self.random.below(high - low + 1)
     }
@@ -99,7 +99,7 @@ impl Draft {
         self.random.chance(probability)
     }
 
-    /// One of these texts.
+    /// A random one of these texts.
     fn one_of(&mut self, texts: &[&'static str]) -> &'static str {
         self.random.pick::<&str>(texts)
     }
@@ -108,17 +108,17 @@ impl Draft {
         self.items.push(text.into());
     }
 
-    /// Something has a value at a time.
+    /// Adds a fact at a time.
     fn at(&mut self, of: &str, at: f64, value: f64, size: f64) {
         self.facts.push(Fact { of: of.to_owned(), at: Some(at), value, size });
     }
 
-    /// Something has a value at all times.
+    /// Adds a fact for all times.
     fn always(&mut self, of: &str, value: f64, size: f64) {
         self.facts.push(Fact { of: of.to_owned(), at: None, value, size });
     }
 
-    /// The case, its items in any order.
+    /// The case, with shuffled items unless their order matters.
     fn case(mut self, name: &str, seed: u64) -> Case {
         if !self.is_ordered {
             for k in (1..self.items.len()).rev() {

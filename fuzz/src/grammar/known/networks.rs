@@ -1,13 +1,13 @@
-//! Networks of resistors, sources, capacitors and diodes by pieces. Each node has a path to ground, so that currents
-//! are strictly monotone in voltages and there is one solution: that whose diodes are as it needs them, which a search
-//! through all their states finds.
+//! Networks of resistors, sources, capacitors and piecewise linear diodes. Each node has a path to ground, so that
+//! currents are strictly monotone in voltages and the solution is unique; it is found by a search through all states of
+//! the diodes.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use super::Draft;
 
-/// A diode from one node to another, with a slope either way.
+/// A diode between two nodes, with a conductance for either direction.
 struct Diode {
     from: usize,
     to: usize,
@@ -20,12 +20,12 @@ struct Network {
     n: usize,
     /// Conductances between nodes.
     resistors: Vec<(usize, usize, f64)>,
-    /// A node behind a conductance from a source: its amplitude, frequency and phase.
+    /// Sources behind a conductance at a node, with amplitude, frequency and phase.
     sources: Vec<(usize, f64, [f64; 3])>,
     diodes: Vec<Diode>,
     /// Capacity at each node, which may be zero.
     capacities: Vec<f64>,
-    /// States of the diodes that fitted last, a bit for each.
+    /// The last consistent states of the diodes, a bit for each.
     last: Cell<usize>,
 }
 
@@ -35,7 +35,7 @@ pub(super) fn write(draft: &mut Draft) {
     let periods = draft.number(0.3, 3.0, 2);
     draft.until = periods / frequency;
     let until = draft.until;
-    // The reference has steps of equal length.
+    // The reference uses steps of equal length.
     if until * network.fastest() > 3000.0 {
         return write(draft);
     }
@@ -83,10 +83,10 @@ fn network(draft: &mut Draft) -> Network {
     let mut diodes = Vec::new();
     for _ in 0..draft.whole(1, 6) {
         let from = draft.whole(0, n);
-        let to = other(draft, from);
+        let target = other(draft, from);
         let on = *draft.random.pick(&[1.0, 10.0, 1000.0]);
         let off = *draft.random.pick(&[0.0, 1e-5, 1e-3]);
-        diodes.push(Diode { from, to, on, off });
+        diodes.push(Diode { from, to: target, on, off });
     }
     let mut capacities = vec![0.0; n + 1];
     if draft.chance(0.6) {
@@ -148,7 +148,7 @@ fn text(draft: &mut Draft, network: &Network) {
 }
 
 impl Network {
-    /// Currents out of each node are G v − s, with these diodes conducting; those of capacitors are left out.
+    /// Currents out of the nodes are G v − s, with these diodes conducting and without those of capacitors.
     fn system(&self, t: f64, on: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
         let mut g = vec![vec![0.0; self.n + 1]; self.n + 1];
         let mut s = vec![0.0; self.n + 1];
@@ -171,8 +171,8 @@ impl Network {
         (g, s)
     }
 
-    /// Voltages of all nodes with these diodes conducting, where those with a capacity are given, and by how much a
-    /// diode is in the wrong state.
+    /// Voltages of all nodes with these diodes conducting and given voltages at capacities, and the largest violation
+    /// of a diode's state.
     fn with(&self, on: usize, t: f64, given: &[f64]) -> (Vec<f64>, f64) {
         let (mut g, mut s) = self.system(t, on);
         for node in 0..=self.n {
@@ -191,11 +191,11 @@ impl Network {
         (v, wrong)
     }
 
-    /// Voltages of all nodes: of all states of the diodes, the one that fits best. The one that fitted last is likely.
+    /// Voltages of all nodes for the most consistent states of the diodes. The last ones are tried first.
     fn voltages(&self, t: f64, given: &[f64]) -> Vec<f64> {
-        let all = std::iter::once(self.last.get()).chain(0..1 << self.diodes.len());
+        let states = std::iter::once(self.last.get()).chain(0..1 << self.diodes.len());
         let mut best: Option<(f64, Vec<f64>)> = None;
-        for on in all {
+        for on in states {
             let (v, wrong) = self.with(on, t, given);
             if best.as_ref().is_none_or(|(least, _)| wrong < *least) {
                 best = Some((wrong, v));
@@ -222,7 +222,7 @@ impl Network {
         (0..1 << self.diodes.len()).map(rate).fold(0.0, f64::max)
     }
 
-    /// Slopes of voltages at capacities.
+    /// Time derivatives of the voltages at capacities.
     fn slopes(&self, t: f64, given: &[f64]) -> Vec<f64> {
         let v = self.voltages(t, given);
         let conducts = |k: &usize| v[self.diodes[*k].from] > v[self.diodes[*k].to];
@@ -239,8 +239,8 @@ impl Network {
             .collect()
     }
 
-    /// Voltages after a time, from 0 at capacities: the classical method of fourth order, in steps so short that
-    /// corners cost little.
+    /// Voltages after a time, from 0 at capacities, by the classical Runge–Kutta method of order 4, with steps so short
+    /// that corners cause little error.
     fn after(&self, until: f64) -> Vec<f64> {
         let steps = (until * self.fastest() / 0.1).max(10_000.0) as usize;
         let h = until / steps as f64;
@@ -262,7 +262,7 @@ impl Network {
     }
 }
 
-/// The solution of a small system, by elimination with pivots.
+/// Solves a small system by elimination with pivoting.
 fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
     let n = b.len();
     for k in 0..n {

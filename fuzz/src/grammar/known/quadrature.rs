@@ -1,6 +1,6 @@
 //! Integrals of smooth functions.
 
-/// Abscissae and weights of Gauss and Legendre with five points, on −1 … 1.
+/// Abscissae and weights of five-point Gauss–Legendre quadrature on −1 … 1.
 const GAUSS: [(f64, f64); 5] = [
     (0.0, 0.568_888_888_888_888_9),
     (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
@@ -9,7 +9,7 @@ const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
 ];
 
-/// The integral of a function that is smooth between two points, in so many pieces.
+/// The integral of a smooth function between two points, in this many pieces.
 pub(super) fn integral(f: &dyn Fn(f64) -> f64, a: f64, b: f64, pieces: usize) -> f64 {
     let h = (b - a) / pieces.max(1) as f64;
     let piece = |k: usize| -> f64 {
@@ -19,7 +19,7 @@ pub(super) fn integral(f: &dyn Fn(f64) -> f64, a: f64, b: f64, pieces: usize) ->
     (0..pieces.max(1)).map(piece).sum()
 }
 
-/// A root between two points at which a function has different signs.
+/// A root between two points with different signs of the function.
 pub(super) fn root(f: &dyn Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
     let rises = f(b) > 0.0;
     for _ in 0..100 {
@@ -39,8 +39,8 @@ mod tests {
 
     #[test]
     fn integrals_and_roots_are_right() {
-        let found = integral(&|x: f64| x.exp(), 0.0, 3.0, 10);
-        assert!((found - 3.0_f64.exp_m1()).abs() < 1e-11, "{found}");
+        let value = integral(&|x: f64| x.exp(), 0.0, 3.0, 10);
+        assert!((value - 3.0_f64.exp_m1()).abs() < 1e-11, "{value}");
         assert!((root(&|x: f64| x.cos(), 1.0, 2.0) - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
     }
 }

@@ -1,11 +1,11 @@
-//! Noise in proportion to what is simulated, to a time constant or to a parameter: the standard deviation is an output,
-//! in closed form.
+//! Noise proportional to an output, a time constant or a parameter: the standard deviation is an output, in closed
+//! form.
 
 use super::Draft;
 
 pub(super) fn write(draft: &mut Draft) {
     let (start, rate) = (draft.number(1.0, 9.0, 1), draft.number(0.1, 2.0, 2));
-    // What is read passes zero where it is less than the start.
+    // The output passes zero if this exceeds its start.
     let less = if draft.chance(0.5) { 0.0 } else { draft.number(0.1, 12.0, 1) };
     let (share, floor) = (draft.number(0.01, 0.2, 2), draft.number(0.1, 0.5, 1));
     draft.until = draft.number(0.5, 5.0, 2);
@@ -25,7 +25,7 @@ pub(super) fn write(draft: &mut Draft) {
     draft.item(format!("output y = x - {less}  {noise}"));
     let x = start * (-rate * until).exp();
     let (y, slope) = (x - less, -until * x);
-    // The standard deviation, and its derivatives to y and to the share.
+    // The standard deviation, and its derivatives with respect to y and to the share.
     let (std, by_y, by_share) = match kind {
         0 => (share * y.abs(), share * y.signum(), y.abs()),
         1 => (floor + share * y.abs(), share * y.signum(), y.abs()),
@@ -38,7 +38,7 @@ pub(super) fn write(draft: &mut Draft) {
     let size = start.max(less).max(1.0);
     draft.at("y", until, y, size);
     draft.at("std(y)", until, std, size);
-    // Not beside the corner at zero.
+    // Not near the corner at zero.
     if y.abs() > 1e-3 * size {
         draft.at("d(std(y))/d(rate)", until, by_y * slope, size * until);
         draft.at("d(std(y))/d(share)", until, by_share, size);

@@ -1,4 +1,4 @@
-//! Rows of loops that step: each by its own ramp, integrated and differentiated in closed form.
+//! Loops of step functions: each row has its own ramp, integrated and differentiated in closed form.
 
 use super::Draft;
 
@@ -26,18 +26,21 @@ pub(super) fn write(draft: &mut Draft) {
     ));
     draft.item("output y");
     for (i, k) in rates.iter().enumerate() {
-        // The value, and its derivatives to lev and to the row's own rate.
+        // The value, and its derivatives with respect to lev and to the row's own rate.
         let steps = (k * until / lev).floor();
         if (k * until / lev - steps).min(steps + 1.0 - k * until / lev) < 0.02 {
             continue;
         }
-        let at = |m: f64| m * lev / k;
+        let time_of = |m: f64| m * lev / k;
         let each = |f: &dyn Fn(f64) -> f64| (1..=steps as u64).map(|m| f(m as f64)).sum::<f64>();
-        let counted = [each(&|m| until - at(m)), -each(&|m| m / k), each(&|m| m * lev / (k * k))];
+        let counted =
+            [each(&|m| until - time_of(m)), -each(&|m| m / k), each(&|m| m * lev / (k * k))];
         let passed = steps >= 1.0;
         let [value, by_lev, by_k] = match kind {
             0 => counted,
-            1 if passed => [2.0 * (until - at(1.0)) + 0.5 * at(1.0), -1.5 / k, 1.5 * lev / (k * k)],
+            1 if passed => {
+                [2.0 * (until - time_of(1.0)) + 0.5 * time_of(1.0), -1.5 / k, 1.5 * lev / (k * k)]
+            }
             1 => [0.5 * until, 0.0, 0.0],
             // x − lev·floor(x/lev)
             2 => [
@@ -46,7 +49,7 @@ pub(super) fn write(draft: &mut Draft) {
                 0.5 * until * until - lev * counted[2],
             ],
             _ if passed => {
-                let left = until - at(1.0);
+                let left = until - time_of(1.0);
                 [0.5 * k * left * left, -left, 0.5 * left * left + lev / k * left]
             }
             _ => [0.0, 0.0, 0.0],
@@ -55,7 +58,7 @@ pub(super) fn write(draft: &mut Draft) {
         let size = until.max(value.abs());
         draft.at(&name, until, value, size);
         draft.at(&format!("d({name})/d(lev)"), until, by_lev, size / lev + by_lev.abs());
-        let own = format!("d({name})/d(k[{}])", i + 1);
-        draft.at(&own, until, by_k, size / k + by_k.abs());
+        let derivative = format!("d({name})/d(k[{}])", i + 1);
+        draft.at(&derivative, until, by_k, size / k + by_k.abs());
     }
 }

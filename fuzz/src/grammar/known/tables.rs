@@ -17,7 +17,7 @@ pub(super) fn write(draft: &mut Draft) {
     };
     let texts: Vec<String> = points.iter().map(|(x, y)| format!("({x}, {y})")).collect();
     draft.item(format!("table flow(t [s]) = {} {shape}, beyond hold", texts.join(", ")));
-    // Time itself, a time that begins later, or one that begins again and again.
+    // Time itself, a shifted time, or a periodic one.
     let late = length * draft.number(0.1, 0.5, 2);
     let until = length * draft.number(0.7, 0.99, 3);
     let curve = &curve;
@@ -86,34 +86,34 @@ pub(super) fn write(draft: &mut Draft) {
     }
 }
 
-/// Points that are level at both ends, with a peak that may be narrow, and with others.
+/// Points that are level at both ends, with a peak, possibly narrow, and others.
 fn points(draft: &mut Draft, length: f64) -> Vec<(f64, f64)> {
     let base = if draft.chance(0.5) { 0.0 } else { draft.number(-1.0, 1.0, 1) };
     let peak = draft.number(0.3, 0.7, 2);
     let width = *draft.random.pick(&[0.0005, 0.005, 0.05]);
     let height = draft.number(1.0, 5.0, 1);
-    let mut all = vec![(0.0, base), (0.05, base)];
+    let mut points = vec![(0.0, base), (0.05, base)];
     if draft.chance(0.4) {
-        all.push((0.15, draft.number(-2.0, 2.0, 1)));
-        all.push((0.22, draft.number(-2.0, 2.0, 1)));
+        points.push((0.15, draft.number(-2.0, 2.0, 1)));
+        points.push((0.22, draft.number(-2.0, 2.0, 1)));
     }
-    all.extend([(peak - width, base), (peak, base + height), (peak + width, base)]);
+    points.extend([(peak - width, base), (peak, base + height), (peak + width, base)]);
     if draft.chance(0.4) {
-        all.push((0.8, draft.number(-2.0, 2.0, 1)));
+        points.push((0.8, draft.number(-2.0, 2.0, 1)));
     }
-    all.extend([(0.95, base), (1.0, base)]);
-    // Abscissae as they stand in the text.
-    all.iter().map(|(x, y)| (((x * length) * 1e6).round() / 1e6, *y)).collect()
+    points.extend([(0.95, base), (1.0, base)]);
+    // Abscissae as rounded in the text.
+    points.iter().map(|(x, y)| (((x * length) * 1e6).round() / 1e6, *y)).collect()
 }
 
-/// The solution of τ ẋ = f − x from 0, by variation of constants: f is a cubic between two of these times.
+/// The solution of τ ẋ = f − x from 0, by variation of constants; f is a cubic between the breaks.
 fn lagged(f: &dyn Fn(f64) -> f64, breaks: &[f64], until: f64, tau: f64) -> f64 {
     let weighed = |t: f64| f(t) * (-(until - t) / tau).exp() / tau;
-    let mut at = 0.0;
+    let mut start = 0.0;
     let mut sum = 0.0;
     for end in breaks.iter().copied().filter(|t| *t > 0.0 && *t < until).chain([until]) {
-        sum += integral(&weighed, at, end, ((end - at) / (0.2 * tau)).ceil() as usize);
-        at = end;
+        sum += integral(&weighed, start, end, ((end - start) / (0.2 * tau)).ceil() as usize);
+        start = end;
     }
     sum
 }

@@ -1,10 +1,10 @@
-//! Recordings that differ, in words.
+//! Differences between recordings, in words.
 
 use dgd_discover::{ParameterValue, PlainCause, PlainKind, RecordingsValue};
 
 use crate::output::quantity::{Quantity, with_unit};
 
-/// A sentence or two.
+/// One or two sentences.
 pub(super) fn first_words(cause: &PlainCause) -> String {
     let like: Vec<String> = cause
         .values
@@ -23,54 +23,54 @@ pub(super) fn first_words(cause: &PlainCause) -> String {
     format!("The recordings differ: {}.{held_out}", words(cause))
 }
 
-/// What differs.
+/// The difference.
 pub(super) fn words(cause: &PlainCause) -> String {
     let name = &cause.name;
     let Some((first, others)) = cause.values.split_first() else { return String::new() };
     match cause.kind {
         PlainKind::DiffersOffset => {
-            let of = |own: &RecordingsValue| {
+            let comparison = |own: &RecordingsValue| {
                 let (size, more) = (size(&own.value), own.value.value > 0.0);
                 let than = if more { "more" } else { "less" };
                 let unit = &own.value.unit.symbol;
                 format!("{} {than} in {}", with_unit(size, unit), named(&own.recordings))
             };
-            let all: Vec<String> = others.iter().map(of).collect();
-            format!("`{name}` reads {} than in {}", listed(&all), named(&first.recordings))
+            let comparisons: Vec<String> = others.iter().map(comparison).collect();
+            format!("`{name}` reads {} than in {}", listed(&comparisons), named(&first.recordings))
         }
         PlainKind::DiffersClock => {
-            let of = |own: &RecordingsValue| {
+            let clock_rate = |own: &RecordingsValue| {
                 format!("that of {} runs {}", named(&own.recordings), rate(Some(&own.value)))
             };
-            let all: Vec<String> = others.iter().map(of).collect();
-            format!("beside the clock of {}, {}", named(&first.recordings), listed(&all))
+            let rates: Vec<String> = others.iter().map(clock_rate).collect();
+            format!("beside the clock of {}, {}", named(&first.recordings), listed(&rates))
         }
         _ => {
-            let of = |own: &RecordingsValue| {
+            let value_in = |own: &RecordingsValue| {
                 let value = with_unit(Quantity::of(&own.value), &own.value.unit.symbol);
                 format!("{value} in {}", named(&own.recordings))
             };
-            let all: Vec<String> = cause.values.iter().map(of).collect();
-            format!("`{name}` is {}", listed(&all))
+            let values: Vec<String> = cause.values.iter().map(value_in).collect();
+            format!("`{name}` is {}", listed(&values))
         }
     }
 }
 
-/// Where the recordings begin.
+/// Initial values of the recordings.
 pub(super) fn starts(cause: &PlainCause) -> String {
-    let of = |own: &RecordingsValue| {
+    let value_in = |own: &RecordingsValue| {
         let value = with_unit(Quantity::of(&own.value), &own.value.unit.symbol);
         format!("{value} in {}", named(&own.recordings))
     };
-    let all: Vec<String> = cause.values.iter().map(of).collect();
+    let values: Vec<String> = cause.values.iter().map(value_in).collect();
     let name = &cause.name;
     format!(
         "The recordings do not begin where the model has the start of `{name}`: it is {}.",
-        listed(&all)
+        listed(&values)
     )
 }
 
-/// What to do next.
+/// The next step.
 pub(super) fn next(cause: &PlainCause) -> String {
     let Some(first) = cause.values.first() else { return String::new() };
     let what = match cause.kind {
@@ -85,7 +85,7 @@ pub(super) fn next(cause: &PlainCause) -> String {
     )
 }
 
-/// How a clock goes: `fast by 0.100 ± 0.002 %`.
+/// The rate of a clock: `fast by 0.100 ± 0.002 %`.
 pub(super) fn rate(value: Option<&ParameterValue>) -> String {
     let Some(value) = value else { return String::new() };
     let std = value.std.map(|std| 100.0 * std);
@@ -94,15 +94,15 @@ pub(super) fn rate(value: Option<&ParameterValue>) -> String {
     format!("{way} by {} %", size(&rate))
 }
 
-/// A size with its standard deviation, if it has one.
+/// A magnitude with its standard deviation, if any.
 fn size(value: &ParameterValue) -> String {
     let positive = ParameterValue { value: value.value.abs(), ..value.clone() };
     Quantity::of(&positive).to_string()
 }
 
 fn named(names: &[String]) -> String {
-    let all: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    listed(&all)
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    listed(&quoted)
 }
 
 fn listed(all: &[String]) -> String {

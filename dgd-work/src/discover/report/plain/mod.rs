@@ -1,4 +1,4 @@
-//! Wrong numbers of the model's text and faults of the recordings, in words and for programs.
+//! Wrong constants of the model and faults of the recordings, as text and JSON.
 
 mod differing;
 
@@ -54,7 +54,7 @@ fn of_recordings(own: &RecordingsValue) -> Value {
     })
 }
 
-/// The cause, and what the recordings cannot tell from it; names are between backticks.
+/// The cause, and the causes that the recordings cannot tell from it; names are between backticks.
 pub(super) fn sentence(plain: &PlainCauses) -> String {
     let Some((first, twins)) = plain.causes.split_first() else { return String::new() };
     let mut words = first_words(first);
@@ -70,7 +70,7 @@ pub(super) fn sentence(plain: &PlainCauses) -> String {
     words
 }
 
-/// What to do next.
+/// The next step.
 pub(super) fn next(plain: &PlainCauses) -> String {
     let is_number = |one: &&PlainCause| one.value.is_some() && one.kind != PlainKind::Clock;
     let numbers = plain.causes.iter().filter(is_number).map(|one| format!("`{}`", one.name));
@@ -191,12 +191,12 @@ fn twin(cause: &PlainCause) -> String {
 
 /// `stays at 0.31 V after 25 s in `b``.
 fn stays(cause: &PlainCause) -> String {
-    let of = |own: &StuckSince| {
+    let sentence = |own: &StuckSince| {
         let unit = &own.value.unit;
         let value = with_unit(short(unit.from_si(own.value.value), 4), &unit.symbol);
         format!("stays at {value} after {} s in `{}`", short(own.time, 6), own.recording)
     };
-    cause.since.iter().map(of).collect::<Vec<_>>().join(", and ")
+    cause.since.iter().map(sentence).collect::<Vec<_>>().join(", and ")
 }
 
 fn fitted(cause: &PlainCause) -> String {
