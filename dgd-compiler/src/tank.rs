@@ -1,4 +1,4 @@
-//! A tank that stands as a part in many tests, and models compiled from several texts.
+//! A tank used as a part in many tests, and models compiled from several texts.
 
 use crate::diagnostics::{Diagnostics, render};
 use crate::model::{Model, ModelOptions, resolve};

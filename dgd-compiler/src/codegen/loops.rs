@@ -1,4 +1,4 @@
-//! What a function writes where it has rows of arrays: single numbers one by one, families in loops.
+//! Writes of a function with rows of arrays: single values one by one, families in loops.
 
 use std::collections::BTreeMap;
 
@@ -68,7 +68,7 @@ pub(super) fn writes(
     out
 }
 
-/// A place of a loop, which moves with the rounds, and with the passages where it says so.
+/// A position in a loop, which advances with the rounds and optionally with the passages.
 pub(super) fn place(first: usize, by_round: isize, by_passage: bool) -> TokenStream {
     let by = index(by_round.unsigned_abs());
     let first = (first > 0).then(|| {
@@ -83,8 +83,8 @@ pub(super) fn place(first: usize, by_round: isize, by_passage: bool) -> TokenStr
     if by_round < 0 { quote!(#place - #by * _r) } else { place }
 }
 
-/// The operations of a loop's rounds, and those of its passages: what is used once is written where it is used, but
-/// what belongs to a round is computed before its passages.
+/// The operations of a loop's rounds and of its passages. A value used once is written inline, but the values of a
+/// round are computed before its passages.
 fn statements(
     part: &Loop,
     begin: usize,
@@ -127,7 +127,7 @@ fn statements(
     (of_rounds, statements)
 }
 
-/// What stands above the rows of elements; of rounds, without the index of the first.
+/// The comment above the rows of elements; for rounds, without the first index.
 pub(super) fn family_doc(
     program: &Program,
     row: usize,

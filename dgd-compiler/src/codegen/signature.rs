@@ -100,7 +100,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             quote!(::dgd::__runtime::codegen::Lazy::new(|| with_arrays(#signature, &#added))),
         )
     };
-    // In a block, as `Inputs` and `Unknowns` are types of the module, too.
+    // In a block because `Inputs` and `Unknowns` are also types of the module.
     quote! {
         static SIGNATURE: #of = {
             #[allow(unused_imports)]
@@ -218,7 +218,7 @@ fn direction(of: Direction) -> TokenStream {
     }
 }
 
-/// What arrays add to the description.
+/// The description of the arrays.
 fn arrays(program: &Program) -> TokenStream {
     let unknowns = &program.signature.unknowns;
     let arrays = unknowns.arrays.iter().map(|array| {
@@ -353,7 +353,7 @@ fn discrete(of: &Discrete, program: &Program) -> TokenStream {
 
 /// The event functions as data.
 fn formulas(of: &Formulas, program: &Program) -> TokenStream {
-    // Operation by operation the function that they are made of, which names the curves.
+    // Operation by operation, from the function that they were compiled into, which names the curves.
     let function = &program.function(FunctionKind::EventFunctions).body;
     let at = |position: &u32| Literal::u32_unsuffixed(*position);
     let operations = of.operations.iter().zip(function).map(|(operation, own)| match operation {
@@ -377,7 +377,7 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
             let (curve, a) = (curves::name(*curve), at(a));
             quote!(Curve(&#curve, #a))
         }
-        // The others have positions alone.
+        // The others hold only positions.
         Operation::Unknown(i)
         | Operation::Input(i)
         | Operation::Parameter(i)
@@ -438,7 +438,7 @@ fn pattern(of: &Pattern) -> TokenStream {
     quote!(Pattern::single(&[#(#rows),*], &[#(#columns),*]))
 }
 
-/// A variant without fields is called what its `Debug` writes.
+/// The name of a variant without fields, as in its `Debug` output.
 fn variant(of: &impl Debug) -> Ident {
     Ident::new(&format!("{of:?}"), Span::call_site())
 }

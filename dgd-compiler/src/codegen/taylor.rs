@@ -1,8 +1,8 @@
-//! The methods of `System` that give Taylor series.
+//! The methods of `System` that compute Taylor series.
 //!
 //! ```text
-//!   the values at the beginning
-//!   for each order: the coefficients of y and S from the slopes before, then those of the slopes
+//!   the initial values
+//!   for each order: the coefficients of y and S from the previous slopes, then their own slopes
 //! ```
 
 use proc_macro2::{Ident, Span, TokenStream};
@@ -59,7 +59,7 @@ pub(super) fn methods(program: &Program) -> TokenStream {
     }
 }
 
-/// The method that a series becomes.
+/// The method that a series is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Name {
     Taylor,
@@ -139,7 +139,7 @@ struct Code<'a> {
 }
 
 impl Code<'_> {
-    /// Values at the beginning, and slopes there.
+    /// Initial values and slopes.
     fn beginning(&self) -> TokenStream {
         let series = self.series;
         let constants = series.constants();
@@ -164,7 +164,7 @@ impl Code<'_> {
             },
             |_| true,
         );
-        // Recurrences read what does not move by the names that it has here.
+        // Recurrences read constants by the names that they have here.
         let fixed = constants.into_iter().map(|fixed| {
             let (name, value) = (fixed_name(fixed), value(fixed));
             quote!(let #name = #value;)
@@ -224,8 +224,7 @@ impl Code<'_> {
         }
     }
 
-    /// g of an order, row by row: what `add` makes of the entries of ∂f/∂y, and the entries of ∂f/∂θ that
-    /// count.
+    /// g of an order, row by row: `add` combines the entries of ∂f/∂y and the relevant entries of ∂f/∂θ.
     fn slopes_of_sensitivities(
         &self,
         value: &dyn Fn(ValueId) -> TokenStream,
@@ -255,7 +254,7 @@ impl Code<'_> {
         quote!(#(#rows)*)
     }
 
-    /// Keeps the values at the beginning.
+    /// Stores the initial values.
     fn keeps(&self, value: &dyn Fn(ValueId) -> TokenStream) -> TokenStream {
         let kept = (0u32..)
             .zip(&self.series.kept)
@@ -365,12 +364,12 @@ impl Code<'_> {
     }
 }
 
-/// A value that does not move.
+/// Name of a constant value.
 fn fixed_name(value: ValueId) -> Ident {
     format_ident!("_f{}", value.0)
 }
 
-/// The coefficient of a value.
+/// Name of the coefficient of a varying value.
 fn moving_name(value: ValueId) -> Ident {
     format_ident!("_d{}", value.0)
 }

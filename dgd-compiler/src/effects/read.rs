@@ -1,4 +1,4 @@
-//! From a parsed file to an effect that is complete.
+//! Turns a parsed file into a complete effect.
 
 use std::collections::BTreeMap;
 
@@ -14,8 +14,8 @@ impl Effect {
     ///
     /// # Errors
     ///
-    /// [`Reported`] where the file is not an effect, lacks its `kind`, says something twice, changes
-    /// nothing, or names arguments and parameters that it does not have.
+    /// [`Reported`] if the file is not an effect, lacks its `kind`, repeats a clause that is allowed only once, changes
+    /// nothing, or refers to arguments and parameters that it does not have.
     pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, Reported> {
         let Some(header) = &ast.effect else {
             let start = Span { source: ast.source, start: 0, end: 0 };
@@ -83,7 +83,7 @@ fn incomplete(span: Span, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(Code::E213, span, message)
 }
 
-/// Reports what an effect may say only once and says again.
+/// Reports a clause that is repeated although it is allowed only once.
 fn once(earlier: Option<Span>, span: Span, diagnostics: &mut Diagnostics) {
     if let Some(earlier) = earlier {
         let message = "an effect says this once";
@@ -91,8 +91,7 @@ fn once(earlier: Option<Span>, span: Span, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// Checks that an effect does more than declare: it changes something, or brings an output or an
-/// equation.
+/// Checks that an effect does more than declare: that it changes something, or adds an output or an equation.
 fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics) {
     let mut acts = header.clauses.iter().any(is_change);
     visit::items(&ast.items, &mut |item| {
@@ -116,7 +115,7 @@ fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostic
     }
 }
 
-/// Whether a clause changes something of the model.
+/// Whether a clause changes the model.
 fn is_change(clause: &Clause) -> bool {
     matches!(
         clause.kind,
@@ -125,14 +124,14 @@ fn is_change(clause: &Clause) -> bool {
 }
 
 impl Effect {
-    /// Whether it changes something that the model has. One that does not brings outputs, or
-    /// equations of unknowns of its own: it explains nothing that the model got wrong.
+    /// Whether it changes an item of the model. Otherwise it only adds outputs, or equations of unknowns of its own,
+    /// which cannot improve the model's predictions.
     pub fn changes_model(&self) -> bool {
         self.ast.effect.iter().flat_map(|header| &header.clauses).any(is_change)
     }
 }
 
-/// Every `null` names a parameter of the effect, once.
+/// Checks that every `null` names a parameter of the effect, and no parameter twice.
 fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics) {
     let mut parameters: Vec<&str> = Vec::new();
     visit::items(&ast.items, &mut |item| {
@@ -158,7 +157,7 @@ fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics)
     }
 }
 
-/// What cannot be brought into a model.
+/// Refuses items that an effect cannot add to a model.
 fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
     visit::items(&ast.items, &mut |item| {
         if let ItemKind::Import { path_span, .. } = &item.kind {
@@ -177,8 +176,8 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
     });
 }
 
-/// The arguments of a template differ, have units that can be read, and are not declared again;
-/// `[unit(y)]` is the unit of one of them.
+/// Checks that the arguments of a template differ, have valid units, and are not declared again; `[unit(y)]` is the
+/// unit of one of them.
 fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
     let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
     for slot in slots {

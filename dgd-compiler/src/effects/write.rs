@@ -1,8 +1,7 @@
-//! The text of a changed model, as its author would have changed it.
+//! Writes a changed model in the style of its author.
 //!
-//! What did not change keeps its text, comments and lines. A changed expression is written in its
-//! place. What effects brought stands after the model's items, each effect under a remark that says
-//! what it is.
+//! Unchanged items keep their text, comments and lines. A changed expression is written in its place. The items of
+//! effects follow the model's items, those of each effect under a remark that describes it.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -18,12 +17,12 @@ use crate::syntax::{layout, parse, parse_what_is_sound};
 
 /// The text of `after`, which came from `before` by applying effects or setting values.
 ///
-/// It is laid out canonically, and parsing it gives the tree `after`, places aside.
+/// It is laid out canonically, and parsing it gives the tree `after`, apart from places.
 pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) -> String {
     let text = sources.get(before.source).text.as_str();
     let mut edits: Vec<(Range<usize>, String)> = Vec::new();
     let same = |a: &Item, b: &Item| a.span == b.span;
-    // Items that are gone, with what has come into their places.
+    // Removed items, with their replacements.
     let mut gone: Vec<Option<String>> = Vec::with_capacity(before.items.len());
     for item in &before.items {
         let found = after.items.iter().find(|other| same(item, other));
@@ -32,7 +31,7 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
         }
         gone.push(found.is_none().then(|| as_remark(item, text, &mut edits)));
     }
-    // What libraries held takes the place of the first import, what a part held that of the part.
+    // Items of libraries replace the first import; items of a part replace the part.
     let mut behind = Appendix { sources, brought, text: String::new(), last: None };
     let mut next = 0;
     for item in &after.items {
@@ -68,7 +67,7 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
     laid_out(&out, after).or_else(|| laid_out(&print(after), after)).unwrap_or_else(|| print(after))
 }
 
-/// The canonical layout of a text, if it says what the tree does.
+/// The canonical layout of a text, if it parses to the tree.
 fn laid_out(text: &str, ast: &Ast) -> Option<String> {
     let mut sources = Sources::default();
     let mut diagnostics = Diagnostics::default();
@@ -83,7 +82,7 @@ fn range(span: Span) -> Range<usize> {
     span.start as usize..span.end as usize
 }
 
-/// The trace of a removed item: a part is remembered, and its doc comment becomes a remark.
+/// The remark for a removed item: it names a part, and keeps its doc comment.
 fn as_remark(item: &Item, text: &str, edits: &mut Vec<(Range<usize>, String)>) -> String {
     if !matches!(item.kind, ItemKind::Part { .. }) {
         return String::new();
@@ -128,7 +127,7 @@ fn declared(item: &Item) -> Option<String> {
     name
 }
 
-/// Whether an application has brought an item.
+/// Whether an application has added an item.
 fn is_of(item: &Item, brought: &Brought) -> bool {
     // An event or a bound declares nothing.
     declared(item).map_or(item.span.source == brought.source, |name| {
@@ -136,7 +135,7 @@ fn is_of(item: &Item, brought: &Brought) -> bool {
     })
 }
 
-/// What must change in the text for one item to become another.
+/// The edits that turn the text of one item into another.
 fn item_edits(before: &Item, after: &Item, edits: &mut Vec<(Range<usize>, String)>) {
     if let (ItemKind::Variant { choices: before, .. }, ItemKind::Variant { choices: after, .. }) =
         (&before.kind, &after.kind)
@@ -171,7 +170,7 @@ fn expressions(item: &Item) -> Vec<Expr> {
     all
 }
 
-/// An item with one and the same expression in all places.
+/// An item with all its expressions replaced by the same one.
 fn without_expressions(item: &Item) -> Item {
     let mut item = item.clone();
     let nothing = ExprKind::Name(String::new());
@@ -188,7 +187,7 @@ struct Appendix<'a> {
     sources: &'a Sources,
     brought: &'a [Brought],
     text: String,
-    /// The application and the item that was written last.
+    /// The application and the item that were written last.
     last: Option<(usize, Span)>,
 }
 
@@ -208,7 +207,7 @@ impl Appendix<'_> {
         self.last = Some((index, item.span));
 
         let source = self.sources.get(item.span.source);
-        // With the blanks before it: comments that stand below each other do so again.
+        // Includes the blanks before it, so that aligned comments stay aligned.
         let line_end =
             source.text[item.span.end as usize..].lines().next().unwrap_or("").trim_end();
         let remark = line_end.trim_start();
@@ -246,7 +245,7 @@ impl Appendix<'_> {
     }
 }
 
-/// An item's text in its file, if it still says what the item does.
+/// The item's text in its file, if it still agrees with the item.
 fn read_again<'a>(item: &Item, sources: &'a Sources) -> Option<&'a str> {
     let file: SourceId = item.span.source;
     let as_read = parse_what_is_sound(file, sources);

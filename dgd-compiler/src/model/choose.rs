@@ -1,4 +1,4 @@
-//! What is chosen and set from outside: variants' items put in place, settings checked.
+//! Applies choices and settings: inserts variants' items, and checks settings.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::source::Span;
 use crate::syntax::ast::{ArrayKind, Ast, Choice, Expr, Item, ItemKind, Name};
 use crate::syntax::edit::element_of;
 
-/// Puts the chosen variants' items in place.
+/// Inserts the items of the chosen variants.
 pub(super) fn choose<'a>(
     items: &'a [Item],
     options: &ModelOptions,
@@ -54,8 +54,7 @@ pub(super) fn choose<'a>(
     }
 }
 
-/// Leaves out choices that were not made and cannot be, others being as they are: they read an input
-/// of a part that no one binds.
+/// Removes choices that were not made and are impossible with the other choices: they read an unbound input of a part.
 pub(super) fn leave_out_impossible(
     variants: &mut [Variant],
     main: &Ast,
@@ -125,7 +124,7 @@ pub(super) fn unknown_choice<'a>(
     })
 }
 
-/// Settings by name, each of something that can be set.
+/// Settings by name; checks that each name can be set.
 pub(super) fn check_settings<'a>(
     settings: &'a [Setting],
     scope: &Scope<'a>,

@@ -1,4 +1,4 @@
-//! Which names a model has, and in which order its values can be worked out.
+//! The names of a model, and the order in which their values are evaluated.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::syntax::ast::{
 use crate::syntax::visit;
 use crate::units::{Dimension, Unit};
 
-/// What a name stands for; numbers are positions among those of its kind.
+/// The definition of a name; numbers are positions among those of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Definition {
     Time,
@@ -30,7 +30,7 @@ pub(super) enum Definition {
     },
     /// A size; its value is in [`Scope::sizes`].
     Size,
-    /// An array of unknowns; where its elements are is in [`Scope::arrays`].
+    /// An array of unknowns; its position is in [`Scope::arrays`].
     Array {
         index: usize,
         state: bool,
@@ -46,7 +46,7 @@ pub(super) enum Definition {
 }
 
 impl Definition {
-    /// What to call it in a message.
+    /// Its noun in messages.
     pub(super) fn noun(self) -> &'static str {
         match self {
             Definition::Time => "the time",
@@ -67,12 +67,12 @@ impl Definition {
     }
 }
 
-/// A name, what it stands for and where it was declared.
+/// A name, its definition and its place.
 #[derive(Debug, Clone)]
 pub(super) struct Entry {
     pub(super) definition: Definition,
     pub(super) span: Span,
-    /// Its unit, for what is declared with one.
+    /// Its unit, if it was declared with one.
     pub(super) unit: Option<Result<Unit, Reported>>,
 }
 
@@ -86,7 +86,7 @@ pub(super) struct Function<'a> {
 }
 
 impl<'a> Function<'a> {
-    /// What its text reads and calls, but for its own names.
+    /// Names that its text reads and calls, except its own.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
         for local in self.lets {
@@ -111,7 +111,7 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// How smooth it is expected to be, and where it says so.
+    /// Its `smooth` clause, with its place.
     pub(super) fn smooth(&self) -> Option<(&'a Expr, Span)> {
         self.attributes.iter().find_map(|attribute| match &attribute.kind {
             AttributeKind::Smooth(std) => Some((std, attribute.span)),
@@ -119,7 +119,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// What its numbers are made of.
+    /// Names in its numbers.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
         let smooth = self.smooth().map(|(std, _)| std);
@@ -136,7 +136,7 @@ pub(super) struct Scope<'a> {
     pub(super) names: BTreeMap<&'a str, Entry>,
     pub(super) functions: Vec<Function<'a>>,
     pub(super) tables: Vec<Table<'a>>,
-    /// Filled in once it is known what is set from outside, and so are the lists below.
+    /// Filled in once settings are known, like the lists below.
     pub(super) sizes: Sizes<'a>,
     pub(super) arrays: Vec<Result<ArrayPlace<'a>, Reported>>,
     pub(super) loops: Vec<Result<Shape, Reported>>,
@@ -145,7 +145,7 @@ pub(super) struct Scope<'a> {
     pub(super) vectors: Vec<Vector<'a>>,
     /// Constants, parameters and inputs outside arrays; the elements of arrays follow them.
     pub(super) n_scalars: [u32; 3],
-    /// Outputs have names of their own: one may bear the name of its unknown.
+    /// Outputs have a namespace of their own: an output may have the name of its unknown.
     pub(super) outputs: BTreeMap<&'a str, Span>,
     /// The dimension of time.
     pub(super) second: Dimension,
@@ -154,7 +154,7 @@ pub(super) struct Scope<'a> {
 }
 
 impl<'a> Scope<'a> {
-    /// The dimension of something declared with a unit.
+    /// The dimension of a name declared with a unit.
     pub(super) fn dimension(&self, name: &str) -> Result<Dimension, Reported> {
         match self.names.get(name).and_then(|entry| entry.unit.as_ref()) {
             Some(Ok(unit)) => Ok(unit.dimension),
@@ -182,7 +182,7 @@ impl<'a> Scope<'a> {
         self.functions.iter().map(|function| function.name).chain(tables)
     }
 
-    /// What a symbol is called; nothing for a constant, of which others are named first.
+    /// Name of a symbol; `None` for a constant because other symbols are named first.
     pub(super) fn quoted_name(&self, symbol: Symbol) -> Option<String> {
         let element = self.quoted_element(symbol);
         element.or_else(|| self.quoted_scalar(symbol))
@@ -294,7 +294,7 @@ impl<'a> Scope<'a> {
                 }
                 ItemKind::Output { name, unit, .. } => {
                     unique(&mut scope.outputs, name, "output", diagnostics);
-                    // Malformed ones are reported where the output is made.
+                    // Invalid ones are reported with the output.
                     if let Some(Ok(unit)) = unit.as_ref().map(WrittenUnit::read) {
                         scope.spelling.learn(&unit);
                     }
@@ -332,7 +332,7 @@ impl<'a> Scope<'a> {
         scope
     }
 
-    /// Collects what stands in a loop.
+    /// Collects the declarations in a loop.
     fn collect_loop(
         &mut self,
         items: &'a [Item],
@@ -357,7 +357,7 @@ impl<'a> Scope<'a> {
         }
     }
 
-    /// In generated code `pump.c0` is `pump_c0`: no other name is.
+    /// Checks that no other name is `pump_c0`, the name of `pump.c0` in generated code.
     fn verify_points(&self, diagnostics: &mut Diagnostics) {
         let values = self.names.iter().map(|(name, entry)| (*name, entry.span));
         let outputs = self.outputs.iter().map(|(name, span)| (*name, *span));
@@ -411,7 +411,7 @@ impl<'a> Scope<'a> {
     }
 }
 
-/// A function's own name and its arguments' names.
+/// Checks the names of a function and its arguments.
 fn check_function(
     name: &Name,
     arguments: &[Argument],
@@ -449,7 +449,7 @@ fn check_function(
     }
 }
 
-/// Where a value reads a name.
+/// The place where a value reads a name.
 fn read_of(name: &str, expr: &Expr) -> Option<Span> {
     if matches!(&expr.kind, ExprKind::Name(read) if read == name) {
         return Some(expr.span);
@@ -457,7 +457,7 @@ fn read_of(name: &str, expr: &Expr) -> Option<Span> {
     visit::operands(expr).into_iter().find_map(|operand| read_of(name, operand))
 }
 
-/// Labels in a `modes` block. Modes exclude each other, so that a label may come again in the next.
+/// Labels in a `modes` block. Modes exclude each other, so another mode may use the same label.
 fn labels_of_modes<'a>(
     modes: &'a [Choice],
     labels: &mut BTreeMap<&'a str, Span>,
@@ -500,7 +500,7 @@ fn unique<'a>(
 
 /// Constants and `let`s, ordered so that each needs only earlier ones.
 ///
-/// A cycle is reported with its chain; what is on it is left out.
+/// A cycle is reported with its chain; its members are left out.
 pub(super) fn in_order<'a>(
     items: &[&'a Item],
     scope: &Scope<'a>,
@@ -533,7 +533,7 @@ pub(super) fn in_order<'a>(
         }))
         .collect();
 
-    // What each value needs, through the functions that it calls.
+    // The values that each value needs, also through the functions that it calls.
     let needs: Vec<Vec<usize>> = values
         .iter()
         .map(|(_, _, value)| {

@@ -1,4 +1,4 @@
-//! What changes at events: `modes`, whose equations follow one another, `when`, `every` and `saturate`.
+//! Items that change at events: `modes`, with equations for each mode, `when`, `every` and `saturate`.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ impl<'a> Resolver<'a> {
         let names = ModeNames { automaton: name, positions: mode_names(modes, diagnostics) };
         let always = starts.iter().find(|start| start.condition.is_none());
         let start = always.map_or(Ok(0), |start| names.position(&start.mode, diagnostics));
-        // Each part reports its own mistakes; the next is independent of them.
+        // Each mode reports its own errors; the next is independent of them.
         let modes: Vec<Result<Mode, Reported>> =
             modes.iter().map(|mode| self.mode(mode, diagnostics)).collect();
         let transitions: Vec<Result<Vec<Transition>, Reported>> = transitions
@@ -105,7 +105,7 @@ impl<'a> Resolver<'a> {
         Ok(all.collect())
     }
 
-    /// What a condition compares.
+    /// Both sides of a condition.
     fn sides(
         &mut self,
         condition: &'a ast::Condition,
@@ -123,7 +123,7 @@ impl<'a> Resolver<'a> {
         Ok([left, right])
     }
 
-    /// `start MODE if CONDITION`: made at the start where 1 or −1 is above zero.
+    /// `start MODE if CONDITION`: a transition at the start if the value, 1 or −1, is above zero.
     fn start_mode(
         &mut self,
         mode: &Name,
@@ -142,7 +142,7 @@ impl<'a> Resolver<'a> {
         Ok(Transition { span: condition.span, from, to: to?, left, crossing, right, resets })
     }
 
-    /// Conditions at the start read start values of states, which are known.
+    /// Checks that conditions at the start read only start values that are known.
     fn check_start_condition(
         &self,
         holds: ExprId,
@@ -184,7 +184,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// A `when` is an automaton of one mode, with a transition that leads back to it.
+    /// A `when` is an automaton of one mode, with transitions back to it.
     fn when(
         &mut self,
         item: &Item,
@@ -196,7 +196,7 @@ impl<'a> Resolver<'a> {
         Ok(of_one_mode(item, Origin::When, print_condition(reaction), transitions))
     }
 
-    /// An `every` is an automaton of one mode, too; its transition is made at the ticks of a clock.
+    /// An `every` is an automaton of one mode, too; its transition occurs at the ticks of a clock.
     fn every(
         &mut self,
         item: &Item,
@@ -223,7 +223,7 @@ impl<'a> Resolver<'a> {
         Ok(Automaton { period: Some([first.unwrap_or(Ok(zero))?, clock?]), ..automaton })
     }
 
-    /// A time above zero, of parameters.
+    /// A positive time, in terms of parameters.
     fn period(
         &mut self,
         expr: &'a Expr,
@@ -237,7 +237,7 @@ impl<'a> Resolver<'a> {
         Ok(id)
     }
 
-    /// A period or an offset: a time, of parameters.
+    /// A period or an offset: a time, in terms of parameters.
     fn time_of_clock(
         &mut self,
         what: &str,
@@ -271,7 +271,7 @@ impl<'a> Resolver<'a> {
         Ok(typed.id)
     }
 
-    /// The equation of a held value: it does not change by itself.
+    /// The equation of a held value: its rate is zero.
     pub(super) fn held(&mut self, item: &Item, name: &Name) -> Result<Equation, Reported> {
         let entry = self.lowering.scope.names.get(name.text.as_str());
         let Some(Definition::Unknown { index, .. }) = entry.map(|entry| entry.definition) else {
@@ -299,7 +299,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// That a rate is zero.
+    /// The equation that a rate is zero.
     fn still(&mut self, span: Span, declared: &Declared, rate: Symbol) -> Equation {
         let Lowering { graph, scope, .. } = &mut self.lowering;
         Equation {
@@ -327,7 +327,7 @@ impl<'a> Resolver<'a> {
         Ok(once)
     }
 
-    /// One more of the resets that are made at one time.
+    /// Adds a reset to those of the same event.
     pub(super) fn add_reset(
         &self,
         resets: &mut Vec<Reset>,
@@ -394,7 +394,7 @@ impl<'a> Resolver<'a> {
         Ok(Saturation { span: item.span, unknown, side, bound })
     }
 
-    /// An unknown or element that something is done to, and its unit.
+    /// The unknown or element that an item names, and its unit.
     fn unknown_named(
         &mut self,
         name: &'a Name,
@@ -460,7 +460,7 @@ fn of_one_mode(
     Automaton { origin, name, doc, modes, start: 0, transitions, period: None }
 }
 
-/// Positions of modes by name; of two with one name the first counts.
+/// Positions of modes by name; of two with one name the first is used.
 fn mode_names<'a>(modes: &'a [Choice], diagnostics: &mut Diagnostics) -> BTreeMap<&'a str, usize> {
     let mut names = BTreeMap::new();
     for (i, mode) in modes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! From a file to its items, with those of its parts in place.
+//! Expands a file into its items, including those of its parts.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,15 +15,14 @@ use crate::syntax::ast::{Ast, Axis, Counter, Item, ItemKind, Name, PartArgument}
 use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace, Part};
 
-/// Parts hold parts at most this deep.
+/// Limit on the nesting of parts.
 const DEEPEST: usize = 64;
 
-/// What parts may come to together, in bytes of text, of which every item counts for as many more as
-/// this.
+/// Limit on the total size of parts, in bytes of text, plus as many bytes for each item as given here.
 const LARGEST: usize = 8 << 20;
 const EVERY_ITEM: usize = 128;
 
-/// A model with its parts in place, its names as its own file has them.
+/// A model with its parts expanded, under the names of its own file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ExpandedModel {
     pub(super) items: Vec<Item>,
@@ -32,13 +31,13 @@ pub(super) struct ExpandedModel {
     pub(super) set: BTreeSet<String>,
     /// Libraries that it or its parts see.
     pub(super) libraries: BTreeSet<SourceId>,
-    /// How many items stand for each part of its own, in the order written.
+    /// Number of items of each of its own parts, in the order written.
     lengths: Vec<usize>,
-    /// What it counts for in [`LARGEST`].
+    /// Its contribution to [`LARGEST`].
     size: usize,
 }
 
-/// Within which choices of which variants something stands.
+/// The choices of variants that contain an item.
 pub(super) type Path = Vec<(String, usize)>;
 
 /// A part as written.
@@ -52,13 +51,13 @@ pub(super) struct Written<'a> {
 }
 
 impl Bound<'_> {
-    /// Whether it stands in the model wherever the part does.
+    /// Whether it is active whenever the part is.
     fn is_there_with(&self, part: &Written<'_>) -> bool {
         self.path.iter().all(|choice| part.path.contains(choice))
     }
 }
 
-/// A part that is in place, or that could not be made.
+/// An expanded part, or a failed one.
 struct Placed<'a> {
     written: Written<'a>,
     instance: Result<Instance, Reported>,
@@ -123,7 +122,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         Ok(Expanded { asts: Cow::Owned(asts), parts, lengths })
     }
 
-    /// A model with its parts in place.
+    /// A model with its parts expanded.
     fn model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Result<ExpandedModel, Reported> {
         let outer = std::mem::take(self.diagnostics);
         let whole = self.sound_model(ast, visible);
@@ -134,7 +133,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         own.check().map(|()| whole)
     }
 
-    /// The same, where nothing is reported.
+    /// [`Self::model`] after its checks.
     fn sound_model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> ExpandedModel {
         let mut own = ast.items.clone();
         let is_main = self.open.is_empty();
@@ -163,7 +162,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
                 let mut instance = self.part(&written, visible, &taken, &mut whole);
                 if let Ok(instance) = &mut instance {
                     binding::as_unknowns(&mut instance.items, &in_pieces);
-                    // An input bound in some choices only stays an input for the others.
+                    // An input that is bound in some choices only stays an input for the others.
                     instance.remove_inputs(&|input| {
                         bindings.iter().any(|b| b.input.text == input && b.is_there_with(&written))
                     });
@@ -185,7 +184,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         whole
     }
 
-    /// One part, under the names of the model that it is in.
+    /// One part, with the names of the enclosing model.
     fn part(
         &mut self,
         written: &Written<'_>,
@@ -230,7 +229,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         instance(written, inner, taken, &mut whole.set, self.diagnostics)
     }
 
-    /// No model contains itself, and there is an end to parts of parts.
+    /// Checks that no model contains itself, and that the nesting of parts is limited.
     fn verify_nesting(&mut self, ast: &'a Ast, model: &Name) -> Result<(), Reported> {
         if let Some(first) = self.open.iter().position(|open| open.source == ast.source) {
             let chain = self.open[first..].iter().chain([&ast]);
@@ -247,7 +246,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         Ok(())
     }
 
-    /// What the libraries that a file sees declare, under the names that this has in the whole.
+    /// The declarations of the libraries that a file sees, with their names in the whole.
     fn foreign_names(&self, visible: &Visible<'_>) -> Renaming {
         let mut names = Renaming::default();
         for library in &visible.libraries {
@@ -256,7 +255,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         names
     }
 
-    /// Adds the names that a library's declarations have in the whole.
+    /// Adds the names of a library's declarations in the whole.
     fn library_names_of(&self, library: &Ast, names: &mut Renaming) {
         if let Some(prefix) = self.library_names.get(&library.source) {
             for (namespace, name) in declared(&mut library.items.clone()) {
@@ -266,7 +265,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         }
     }
 
-    /// Parts have names of their own.
+    /// Checks that parts have names of their own.
     fn verify_parts(&mut self, items: &[Item], parts: &[Written<'_>]) {
         let values = values(items);
         for (i, part) in parts.iter().enumerate() {
@@ -334,7 +333,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         all
     }
 
-    /// The item that stands for a binding, if it is sound.
+    /// The item that replaces a binding, if that is valid.
     fn bound(&mut self, written: &Binding<'_>, path: &Path, placed: &[Placed<'_>]) -> Option<Item> {
         let input = written.input;
         let socket = self.socket(input, path, placed).ok()?;
@@ -428,7 +427,7 @@ fn collect<'i>(
     }
 }
 
-/// Whether two things can stand in a model at one time.
+/// Whether two items can be active together.
 pub(super) fn agree(a: &Path, b: &Path) -> bool {
     let apart = |(variant, choice): &(String, usize)| {
         b.iter().any(|(other, chosen)| other == variant && chosen != choice)
@@ -460,7 +459,7 @@ fn values(items: &[Item]) -> BTreeMap<String, Span> {
     all
 }
 
-/// Names that a model and the libraries that it sees declare, which no index may have.
+/// Names declared by a model and the libraries that it sees; no index may have one.
 fn taken_by(items: &[Item], visible: &Visible<'_>) -> BTreeSet<String> {
     let libraries = visible.libraries.iter().map(|library| library.items.as_slice());
     libraries.chain([items]).flat_map(|items| values(items).into_keys()).collect()

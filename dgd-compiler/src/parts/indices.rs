@@ -16,7 +16,7 @@ pub(super) fn counters(axes: &[Axis], span: Span, mut taken: BTreeSet<String>) -
     axes.iter().map(one).collect()
 }
 
-/// A counter for an axis, called as the axis says if that is free.
+/// A counter for an axis, with the axis's name if that is free.
 fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
     let numbered = (1..).map(|k| format!("i_{k}"));
     let wanted = axis.index.iter().map(|index| index.text.clone());
@@ -26,8 +26,7 @@ fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
     Counter { index: Name { text, span }, range: axis.range.clone() }
 }
 
-/// Gives other names to the indices of a part's model that are called like something of the whole, of
-/// which it knows nothing.
+/// Renames the indices of a part's model that clash with names of the whole.
 pub(super) fn free_indices(items: &mut [Item], taken: &BTreeSet<String>) {
     let own = indices_in(items);
     if own.is_disjoint(taken) {
@@ -121,7 +120,7 @@ fn indices_of_sums(expr: &Expr, all: &mut BTreeSet<String>) {
     }
 }
 
-/// Calls an index otherwise in an expression.
+/// Renames an index in an expression.
 pub(super) fn rename_index(expr: &mut Expr, old: &str, new: &str) {
     if let ExprKind::Name(name) = &mut expr.kind
         && name == old

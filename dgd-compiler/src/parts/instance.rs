@@ -1,5 +1,4 @@
-//! From a model to one part: its names with the part's before them, what arguments say, outputs as
-//! values.
+//! Instantiates a part of a model: prefixes its names, applies arguments, turns outputs into values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,19 +13,19 @@ use crate::syntax::ast::{
 use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace};
 
-/// A part's items under the names of the model that it is in.
+/// A part's items, with the names of the enclosing model.
 #[derive(Debug, Clone)]
 pub(super) struct Instance {
-    /// All of it; what is bound is no longer among them once its bindings are known.
+    /// All items; bound inputs are removed once the bindings are known.
     pub(super) items: Vec<Item>,
     /// Its inputs, by name.
     pub(super) inputs: BTreeMap<String, Socket>,
-    /// All names of it that can be read.
+    /// All its names that can be read.
     pub(super) values: BTreeSet<String>,
 }
 
-/// Makes a part of a model, or with `axes` one for each index. The constants and parameters that
-/// arguments set are added to `set`; the whole declares the names that are `taken`.
+/// Makes a part of a model, or with `axes` one for each index. Adds the constants and parameters that arguments set to
+/// `set`; `taken` are the names declared by the whole.
 pub(super) fn instance(
     written: &Written<'_>,
     inner: ExpandedModel,
@@ -104,7 +103,7 @@ pub(super) fn instance(
     Ok(Instance { items, inputs, values })
 }
 
-/// The units of a part's inputs. Those of parts within it are not its own.
+/// The units of a part's inputs, without those of nested parts.
 fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Socket> {
     let mut inputs = BTreeMap::new();
     visit::items(items, &mut |item| {
@@ -123,7 +122,7 @@ fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Socket> {
     inputs
 }
 
-/// Whether a name is an array's.
+/// Whether a name belongs to an array.
 fn is_array(items: &[Item], name: &str) -> bool {
     let mut any = false;
     visit::items(items, &mut |item| {
@@ -133,7 +132,7 @@ fn is_array(items: &[Item], name: &str) -> bool {
 }
 
 impl Instance {
-    /// Takes inputs that are bound out of the items.
+    /// Removes bound inputs from the items.
     pub(super) fn remove_inputs(&mut self, is_bound: &dyn Fn(&str) -> bool) {
         without_inputs(&mut self.items, is_bound);
     }
@@ -154,8 +153,7 @@ fn without_inputs(items: &mut Vec<Item>, is_bound: &dyn Fn(&str) -> bool) {
     });
 }
 
-/// Makes `let`s of outputs. An output with the name of an unknown is dropped: the name is the
-/// unknown's.
+/// Turns outputs into `let`s. An output with the name of an unknown is dropped: the name denotes the unknown.
 fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
     items.retain_mut(|item| match &mut item.kind {
         ItemKind::Output { name, unit, value: Some(value), .. } if !values.contains(&name.text) => {
@@ -174,12 +172,12 @@ fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
     });
 }
 
-/// The unit of what has none.
+/// The unit of a dimensionless name.
 pub(super) fn plain(name: &Name) -> Unit {
     Unit::new(name.span, "1")
 }
 
-/// Gives a value, a start value or a choice to what has a name.
+/// Sets the value, start value or choice of a name.
 fn give(
     items: &mut [Item],
     name: &str,
@@ -210,7 +208,7 @@ fn give(
         }
         ItemKind::Variant { name: own, choices } => {
             settable.push(own.text.clone());
-            // A value of the name goes before.
+            // A value of that name takes precedence.
             if own.text == name && given.is_none() {
                 given = Some(choose(choices, name, &argument.value));
             }
@@ -253,7 +251,7 @@ fn give(
     Err(Box::new(Diagnostic::new(Code::E201, own.span, message).maybe_help(near)))
 }
 
-/// Makes a choice the first, which is the default.
+/// Makes a choice the first, and so the default.
 fn choose(choices: &mut [Choice], variant: &str, wanted: &Expr) -> Result<(), Box<Diagnostic>> {
     let name = match &wanted.kind {
         ExprKind::Name(name) => name.as_str(),

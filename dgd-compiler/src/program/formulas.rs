@@ -1,4 +1,4 @@
-//! A function of the program as data, for solvers that enclose it.
+//! A function of the program as data, for solvers that compute bounds of it.
 
 use dgd_signature::{Formulas, Operation as Data};
 
@@ -9,7 +9,7 @@ use crate::expr::graph::Comparison;
 ///
 /// # Panics
 ///
-/// If it is computed in loops, as event functions never are.
+/// If it contains loops, which event functions never do.
 pub(super) fn formulas(function: &Function) -> Formulas {
     assert!(function.loops.is_empty(), "event functions are written out");
     let (values, places) = (&function.results[0], &function.places[0]);

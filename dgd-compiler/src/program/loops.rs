@@ -1,5 +1,5 @@
-//! Functions put into execution order: what is the same for all rows first, then a loop for the
-//! families of each length, and one for those that are rounds of another.
+//! Orders functions for execution: first the values common to all rows, then a loop for the families of each length,
+//! and one for the families that are rounds of another.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -86,7 +86,7 @@ pub(super) fn schedule(
     }
 }
 
-/// Those expressions that differ from row to row.
+/// The expressions that differ from row to row.
 fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
     let mut moving = HashSet::default();
     for &id in order {
@@ -110,19 +110,19 @@ fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
     moving
 }
 
-/// What loops are made from.
+/// Context for building loops.
 struct Loops<'a> {
     expressions: Expressions<'a>,
     /// Expressions that differ from row to row.
     moving: &'a HashSet<ExprId>,
-    /// Values that are the same for all rows.
+    /// Values common to all rows.
     common: &'a HashMap<ExprId, ValueId>,
     /// Number of the first value of a loop.
     begin: usize,
 }
 
 impl Loops<'_> {
-    /// The loop over all families of one length; each number belongs to the result of this position.
+    /// The loop over all families of one length; each number comes with the position of its result.
     fn looped(&self, count: u32, numbers: &[Given]) -> Loop {
         let Loops { expressions, moving, common, begin } = *self;
         let order = expressions.graph.reachable(numbers.iter().map(|(_, number)| number.value));
@@ -157,7 +157,7 @@ impl Loops<'_> {
                 unreachable!("operands come first, and what is the same for all is in the body")
             })
         };
-        // `position` is where among listed numbers a round or passage has its own.
+        // `position` selects the number of a round or passage among listed numbers.
         let operation = |own: &HashMap<Strand, ValueId>, strand: &Strand, position| {
             if let Some((curve, position)) = rounds.listed.get(strand).copied().zip(position) {
                 return Operation::Curve(curve, position);

@@ -1,7 +1,7 @@
 //! Families matched as wholes: each loop's equation determines one run of elements.
 //!
-//! An equation with one candidate left takes it. Where nothing is forced, a loop takes the elements that it
-//! names first. This finds what people write; what it does not find is left to [`super::elementwise`].
+//! An equation with one candidate left takes it. If none is forced, a loop takes the elements that it names first. This
+//! covers the usual models; [`super::elementwise`] handles the rest.
 
 use super::intervals::Intervals;
 use super::{Assigned, Candidate};
@@ -58,7 +58,7 @@ pub(super) fn assign(
         found.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
     }
 
-    // Single equations are left. Those that find nothing are counted with all others of single unknowns.
+    // Single equations remain. Unmatched ones are counted with all others of single unknowns.
     let columns: Vec<usize> = free.iter().collect();
     let incidence: Vec<Vec<usize>> = open
         .iter()
@@ -76,8 +76,8 @@ pub(super) fn assign(
     Some(found)
 }
 
-/// Of the runs of elements that a loop could determine, the one in the middle: that of `x[i]` where
-/// `x[i - 1]` and `x[i + 1]` stand beside it.
+/// The middle one of the runs of elements that a loop could determine: the run of `x[i]` in an equation that also reads
+/// `x[i - 1]` and `x[i + 1]`.
 fn middle(row: &Candidate, free: &Intervals) -> Option<usize> {
     let possible: Vec<usize> = row
         .columns

@@ -1,16 +1,16 @@
-//! Arrays written out: a model in which elements of some arrays are single unknowns, and loops that read
-//! these as wholes are single equations.
+//! Arrays written out: elements of some arrays become single unknowns, and loops that read these arrays as wholes
+//! become single equations.
 //!
-//! Index reduction chooses states and differentiates equations one by one. What takes part in it is
-//! written out before; all other arrays stay as they are.
+//! Index reduction chooses states and differentiates equations one by one. Arrays that take part in it are written out
+//! first; all others stay as they are.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Array, Equation, Family, Model, Output, OutputArray, Unknown};
 
-/// The model with these arrays, by position, written out. Single unknowns, equations and outputs keep
-/// their positions; what is new stands behind them.
+/// The model with the arrays at these positions written out. Single unknowns, equations and outputs keep their
+/// positions; new ones follow them.
 pub(in crate::dae) fn written_out(model: &Model, arrays: &BTreeSet<usize>) -> Model {
     let mut own = model.clone();
     let places = Places::new(model, arrays);
@@ -36,8 +36,8 @@ pub(in crate::dae) fn written_out(model: &Model, arrays: &BTreeSet<usize>) -> Mo
     own
 }
 
-/// An element as an unknown of its own, elements in its expressions still by their old positions. Like
-/// an element's, its start value is estimated on request only.
+/// An element as an unknown of its own, while elements in its expressions keep their old positions. Like an element's,
+/// its start value is estimated on request only.
 fn element(graph: &mut Graph, array: &Array, k: u32) -> Unknown {
     let mut unknown = array.unknown.clone();
     unknown.declared.name = format!("{}[{}]", unknown.declared.name, array.lower + i64::from(k));
@@ -58,7 +58,7 @@ fn passage(graph: &mut Graph, family: &Family, k: u32) -> Equation {
     }
 }
 
-/// An output for each element in the place of those of whole arrays.
+/// Replaces the outputs of whole arrays by one output for each element.
 fn write_outputs(own: &mut Model, model: &Model, arrays: &BTreeSet<usize>) {
     own.output_arrays.clear();
     for output in &model.output_arrays {
@@ -105,7 +105,7 @@ fn replaced(
     graph.substitute(id, |symbol| replacement.get(&symbol).copied())
 }
 
-/// Where elements are from now on.
+/// The new positions of elements.
 struct Places {
     /// First elements of the arrays that are written out, their numbers, and their first unknowns.
     runs: Vec<(u32, u32, u32)>,
@@ -161,7 +161,7 @@ impl Places {
         })
     }
 
-    /// Puts elements to their places in all of a model.
+    /// Moves elements to their new positions throughout a model.
     fn put(&self, model: &mut Model) {
         let mut graph = std::mem::take(&mut model.graph);
         for id in expressions(model) {

@@ -1,7 +1,7 @@
 //! `saturate`: an unknown stays at its bound while its own equation would take it beyond.
 //!
-//! Each such unknown has an automaton of its own, free or at a bound b, between which its row
-//! chooses:
+//! Each such unknown has an automaton of its own with the modes free and at a bound b, and its row chooses between
+//! them:
 //!
 //! ```text
 //!              free        at a bound   to the bound when     released when
@@ -9,9 +9,9 @@
 //!   0 = f      0 = f       0 = b − x    f(b) points outwards  f(b) points inwards
 //! ```
 //!
-//! Which way an algebraic f points is told by the sign of its slope ∂f/∂x a little inside: x solves
-//! 0 = f there, so that f(b) and the slope together say on which side of b the solution lies. At the
-//! bound itself the slope can vanish, as that of q|q| does.
+//! For an algebraic f, the sign of its slope ∂f/∂x slightly inside the bound gives the direction: x solves 0 = f there,
+//! so f(b) and the slope together show on which side of b the solution lies. At the bound itself the slope can vanish,
+//! as it does for q|q|.
 
 use crate::dae::families::isolate;
 use crate::dae::rates::{Rows, Varying};
@@ -20,14 +20,14 @@ use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Bound, Crossing, Model};
 
-/// How far inside the slope of an algebraic row is taken, in the size of the unknown.
+/// Distance inside the bound at which the slope of an algebraic row is evaluated, relative to the size of the unknown.
 const A_LITTLE: f64 = 1e-3;
-/// What a state at its bound may be off by rounding, in the size of the unknown.
+/// Rounding error of a state at its bound, relative to the size of the unknown.
 const A_HAIR: f64 = 1e-9;
 /// The mode in which no bound acts.
 const FREE: usize = 0;
 
-/// Number of automata, those of saturations included.
+/// Number of automata, including those of saturations.
 pub(in crate::dae) fn n_automata(model: &Model) -> usize {
     model.automata.len() + saturated(model).len()
 }
@@ -43,7 +43,7 @@ fn saturated(model: &Model) -> Vec<Symbol> {
     all
 }
 
-/// A bound, and the mode in which the unknown is at it.
+/// A bound, and the mode of the unknown at it.
 #[derive(Clone, Copy)]
 struct ActiveBound {
     side: Bound,
@@ -60,7 +60,7 @@ struct Bounded {
     mass: ExprId,
 }
 
-/// Lets the rows of unknowns with bounds choose between their modes, and adds the automata.
+/// Makes the rows of unknowns with bounds depend on their modes, and adds the automata.
 pub(in crate::dae) fn saturate(
     graph: &mut Graph,
     varying: Varying<'_>,

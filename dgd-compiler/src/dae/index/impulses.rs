@@ -1,16 +1,16 @@
-//! Impulses: what entering modes that tie states together does to them, from the equations integrated
-//! over the instant.
+//! Impulses: the jumps of states on entering modes that tie them together, from the equations integrated over the
+//! instant.
 //!
 //! ```text
-//!   ẋ = r(x, z)        x⁺ − x⁻ = Σ ∂r/∂z Z        Z: what z is over the instant, in all
+//!   ẋ = r(x, z)        x⁺ − x⁻ = Σ ∂r/∂z Z        Z: integral of z over the instant
 //!   0 = a(x, z)             0 = Σ ∂a/∂z Z
-//!   0 = D c(x)              0 = c(x⁺)             where a constraint has been differentiated
+//!   0 = D c(x)              0 = c(x⁺)             if a constraint has been differentiated
 //! ```
 //!
-//! Only unknowns that depend on differentiated constraints can be impulsive. The coefficients must not
-//! move during the instant: they read no impulsive unknown, and no state that an impulse moves. An
-//! unknown whose equation is not like that, such as a power, is left out; states that depend on it
-//! then have no known jump. Where a constraint does, there is no rule for these modes.
+//! Only unknowns that depend on differentiated constraints can be impulsive. The coefficients must be constant during
+//! the instant: they read no impulsive unknown, and no state that an impulse moves. An unknown whose equation violates
+//! that, such as a power, is left out; states that depend on it then have no known jump. If a constraint depends on it,
+//! these modes have no rule.
 //!
 //! # Source
 //!
@@ -31,25 +31,25 @@ use crate::dae::{Impulses, JumpEntry, JumpKind};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 
-/// Pivots below this, of rows whose largest entry is one, are rounding.
+/// Pivots below this, in rows whose largest entry is one, are rounding errors.
 const NOTHING: f64 = 1e-9;
-/// Coefficients are opened through at most so many unknowns that follow from others.
+/// Limit on the chain of unknowns substituted into coefficients.
 const MOST_OPENED: usize = 16;
 
-/// What entering one combination of modes does.
+/// The jumps on entering one combination of modes.
 #[derive(Debug, Clone, Default)]
 struct Rule {
     /// Kinds of all unknowns with a row or a derivative; others have none.
     kinds: BTreeMap<u32, JumpKind>,
-    /// By row and column, which are unknowns.
+    /// By row and column, which are numbers of unknowns.
     entries: BTreeMap<(u32, u32), ExprId>,
-    /// What constraints leave, by row.
+    /// Remainders of the constraints, by row.
     rests: BTreeMap<u32, ExprId>,
 }
 
 impl Systems {
-    /// The rules of all combinations of modes, as one; nothing where no mode ties states together.
-    /// `outside` are expressions of the rows of arrays.
+    /// The rules of all combinations of modes, merged into one; empty if no mode ties states together. `outside` are
+    /// expressions of the rows of arrays.
     pub(in crate::dae) fn impulses(
         &self,
         model: &Model,
@@ -89,7 +89,7 @@ impl Systems {
         impulses
     }
 
-    /// Parts that impulses of another one reach, on their way to states: pairs of parts.
+    /// Pairs of parts that an impulse of one reaches on its way to states of the other.
     pub(super) fn joined_by_impulses(&self, graph: &Graph) -> BTreeSet<(usize, usize)> {
         let mut joins = BTreeSet::new();
         if self.parts.len() == 1 {
@@ -115,7 +115,7 @@ impl Systems {
             let algebraic = |other: usize| -> BTreeSet<u32> {
                 systems(other).flat_map(|reduced| reduced.unknowns.iter().copied()).collect()
             };
-            // Forwards: what impulses may reach.
+            // Forwards: the unknowns that impulses may reach.
             let mut reached: Vec<usize> = Vec::new();
             let mut emitted = impulsive;
             loop {
@@ -126,7 +126,7 @@ impl Systems {
                 emitted.extend(algebraic(next));
                 reached.push(next);
             }
-            // Backwards: what they have to pass on their way to a state.
+            // Backwards: the unknowns between these and a state.
             let others = (0..self.parts.len()).filter(|other| *other != part);
             let mut needed: Vec<usize> = others.filter(|other| moves(*other, &emitted)).collect();
             loop {
@@ -148,7 +148,7 @@ fn reads_any(graph: &Graph, id: ExprId, of: &BTreeSet<u32>) -> bool {
     unknowns_in(graph, id).iter().any(|i| of.contains(i))
 }
 
-/// Adds the rules of all combinations of a part, whose unknowns are `own`, as one.
+/// Adds the rules of all combinations of a part, merged into one; `own` are its unknowns.
 fn merge(
     graph: &mut Graph,
     combinations: &Combinations,
@@ -189,7 +189,7 @@ fn unknowns_in(graph: &Graph, id: ExprId) -> Vec<u32> {
     graph.symbols(id).into_iter().filter_map(unknown).collect()
 }
 
-/// The system of one combination of modes, and what an impulse can reach in it.
+/// The system of one combination of modes, with the unknowns that impulses can reach.
 struct Instant<'a> {
     reduced: &'a Reduced,
     /// The equation of each unknown without a derivative.
@@ -226,7 +226,7 @@ impl<'a> Instant<'a> {
         Instant { reduced, row_of, impulsive, jumping }
     }
 
-    /// The rule; `None` if a constraint depends on a quantity whose jump is not known.
+    /// The rule; `None` if a constraint depends on a quantity whose jump is unknown.
     fn rule(
         &self,
         graph: &mut Graph,
@@ -300,7 +300,7 @@ impl<'a> Instant<'a> {
                 }
             }
         }
-        // What determines the impulse of a constraint must be known.
+        // The impulse of a constraint must be determined by known quantities.
         if unknown_jumps.iter().any(|z| self.row_of[z].order > 0) {
             return None;
         }
@@ -325,7 +325,7 @@ impl<'a> Instant<'a> {
         gradient.into_iter().map(|(at, slope)| (own[at], slope)).collect()
     }
 
-    /// ∂e/∂z of the impulsive unknowns, where these do not move during the instant.
+    /// ∂e/∂z of the impulsive unknowns, if these derivatives are constant during the instant.
     fn coefficients(&self, graph: &mut Graph, e: ExprId) -> Option<Vec<(u32, ExprId)>> {
         let slopes = Self::slopes(graph, e).into_iter();
         let slopes: Vec<(u32, ExprId)> =
@@ -333,8 +333,8 @@ impl<'a> Instant<'a> {
         slopes.into_iter().map(|(z, slope)| Some((z, self.still(graph, slope)?))).collect()
     }
 
-    /// An expression that does not move during the instant, of states, inputs, time and parameters;
-    /// unknowns that follow from these are opened.
+    /// An expression of states, inputs, time and parameters that is constant during the instant; unknowns that follow
+    /// from these are substituted.
     fn still(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
         let mut id = id;
         for _ in 0..MOST_OPENED {
@@ -367,7 +367,7 @@ impl<'a> Instant<'a> {
         None
     }
 
-    /// What an unknown is by its own equation, where that gives it directly.
+    /// The value of an unknown if its own equation gives it directly.
     fn value_of(&self, graph: &mut Graph, z: u32) -> Option<ExprId> {
         let rest = self.row_of.get(&z)?.rest;
         let is_own = |symbol: Symbol| symbol == Symbol::Unknown(z);
@@ -382,8 +382,8 @@ impl<'a> Instant<'a> {
         Some(graph.divide(others, minus))
     }
 
-    /// Marks the states that take part in a sum which impulses leave alone: those that no choice of
-    /// impulses, within the equations between these, moves by themselves.
+    /// Marks the states in a sum that impulses conserve: those that no choice of impulses, subject to the equations
+    /// between them, moves by themselves.
     fn find_conserved(&self, graph: &Graph, rule: &mut Rule) {
         let of_kind = |kind: JumpKind| {
             let own = rule.kinds.iter().filter(move |(_, other)| **other == kind);
@@ -393,7 +393,7 @@ impl<'a> Instant<'a> {
         let entry = |row: u32, column: u32| {
             rule.entries.get(&(row, column)).map_or(0.0, |value| samples(graph, *value)[0])
         };
-        // Rows: equations between impulses, then what each impulse does to each state.
+        // Rows: equations between impulses, then the effect of each impulse on each state.
         let between = impulses.iter().filter(|z| self.row_of[z].order == 0);
         let between: Vec<Vec<f64>> =
             between.map(|row| impulses.iter().map(|z| entry(*row, *z)).collect()).collect();
@@ -402,7 +402,7 @@ impl<'a> Instant<'a> {
         for v in &mut free {
             v.iter_mut().zip(&sizes).for_each(|(v, size)| *v /= size);
         }
-        // A row for each free combination of impulses: by how much it moves the states.
+        // A row for each free combination of impulses: its effect on the states.
         let moves: Vec<Vec<f64>> = free
             .iter()
             .map(|z| {
@@ -437,8 +437,8 @@ fn spread(graph: &Graph, row_of: &BTreeMap<u32, Residual>, reached: &mut BTreeSe
     }
 }
 
-/// The matrix with columns divided by their largest entries, and these: what is nothing then does not
-/// depend on units.
+/// The matrix with columns scaled by their largest entries, and these scales, so that tests for zero do not depend on
+/// units.
 fn of_one_size(mut rows: Vec<Vec<f64>>, n: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut sizes = vec![1.0; n];
     for (column, size) in sizes.iter_mut().enumerate() {

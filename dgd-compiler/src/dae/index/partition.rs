@@ -1,8 +1,9 @@
-//! Parts of a model whose modes do not meet: each has combinations of its own.
+//! Parts of a model with independent modes: each has combinations of its own.
 //!
-//! A state whose derivative one equation gives, in every mode, is known to the others: it joins nothing.
-//! What else an equation holds belongs together. Where the index of a part has to be reduced, it joins the
-//! parts that it needs derivatives from; and where impulses of its unknowns reach states of other parts,
+//! A state whose derivative is given by one equation, in every mode, joins nothing: it counts as known. All other
+//! unknowns of an equation belong together. If the index of a part has to be reduced, it joins the parts that it needs
+//! derivatives from; and if impulses of its unknowns reach states of other parts, it joins these because jumps depend
+//! on both.
 //! these, as jumps depend on both.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,14 +12,14 @@ use crate::dae::transfer::{Equation, Transferred};
 use crate::expr::Graph;
 use crate::model::Model;
 
-/// Equations and unknowns that are counted, reduced and matched by themselves.
+/// Equations and unknowns that are counted, reduced and matched separately.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Part {
     /// Positions of the equations, of all modes.
     pub(super) equations: BTreeSet<usize>,
     /// Declared unknowns.
     pub(super) unknowns: BTreeSet<u32>,
-    /// Automata whose modes hold some of the equations.
+    /// Automata whose modes contain some of the equations.
     pub(super) automata: BTreeSet<usize>,
 }
 
@@ -29,14 +30,14 @@ pub(super) struct Partition {
 }
 
 impl Partition {
-    /// All in one part.
+    /// All equations in one part.
     pub(super) fn whole(model: &Model, equations: BTreeSet<usize>) -> Self {
         let unknowns = 0..u32::try_from(model.unknowns.len()).unwrap_or(u32::MAX);
         let automata = (0..model.automata.len()).collect();
         Partition { parts: vec![Part { equations, unknowns: unknowns.collect(), automata }] }
     }
 
-    /// The smallest parts, of these equations.
+    /// The smallest parts of these equations.
     pub(super) fn finest(
         model: &Model,
         graph: &Graph,
@@ -114,7 +115,7 @@ fn automata_of(transferred: &Transferred<'_>) -> BTreeMap<usize, usize> {
     of
 }
 
-/// States whose derivative stands alone in one equation, in every mode.
+/// States whose derivative occurs in one equation only, in every mode.
 fn known_states(
     model: &Model,
     all: &[Equation<'_>],
@@ -136,7 +137,7 @@ fn known_states(
                 [None] => own.len() == 1,
                 [Some(k)] => {
                     let modes = &model.automata[k].modes;
-                    // One in each mode: their equations follow each other.
+                    // One in each mode; their equations are consecutive.
                     own.len() == modes.len() && modes_of(model, all, own, k).len() == modes.len()
                 }
                 _ => false,
@@ -145,7 +146,7 @@ fn known_states(
     givers.into_iter().filter(|(_, own)| is_known(own)).map(|(x, _)| x).collect()
 }
 
-/// The modes of an automaton that hold these equations.
+/// The modes of an automaton that contain these equations.
 fn modes_of(model: &Model, all: &[Equation<'_>], own: &[usize], k: usize) -> BTreeSet<usize> {
     let spans: BTreeMap<_, usize> = model.automata[k]
         .modes
@@ -174,7 +175,7 @@ impl Sets {
         i
     }
 
-    /// Joins two sets; the smaller root stays, so that the order of what is written decides.
+    /// Joins two sets; the smaller root stays, so the result follows the order of the file.
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.above[a.max(b)] = a.min(b);

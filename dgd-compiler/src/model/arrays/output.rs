@@ -1,4 +1,4 @@
-//! Outputs of arrays: rows of elements, or each element by itself where their noise is more than a number.
+//! Outputs of arrays: rows of elements, or each element by itself if their noise is more than a number.
 
 use super::each::{MOST_WRITTEN_OUT, too_many};
 use super::name_of_row;
@@ -14,7 +14,7 @@ use crate::model::{Declared, Output, OutputArray};
 use crate::syntax::ast::{Attribute, Item, Name, Unit as WrittenUnit};
 use crate::units::Unit;
 
-/// An array is an output for at most so many elements: each has a name, a unit and a column.
+/// Limit on the elements of an array that is an output: each has a name, a unit and a column.
 const MOST_OUTPUTS: u32 = 2_000_000;
 
 impl<'a> Resolver<'a> {

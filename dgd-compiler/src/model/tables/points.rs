@@ -1,4 +1,4 @@
-//! What a table says: its points in SI, in order, and what is wrong with them.
+//! The points of a table in SI, in order, and their errors.
 
 use super::super::define::{Definition, Table};
 use super::super::expression::{Arguments, Lowering};
@@ -15,20 +15,20 @@ pub(super) struct Read {
     pub(super) at: Vec<f64>,
     pub(super) value: ExprId,
     pub(super) span: Span,
-    /// Its position among the points as they are written.
+    /// Its position among the points as written.
     place: usize,
 }
 
-/// Points at one place that are no step.
+/// Points with one argument that are not a step.
 struct Repeated {
     what: &'static str,
     help: &'static str,
-    /// Of the last of them, and of the first.
+    /// Places of the last and of the first.
     spans: (Span, Span),
 }
 
 impl<'a> Lowering<'a> {
-    /// The points, by ascending arguments; those of a step in the order in which they are written.
+    /// The points by ascending arguments; those of a step in the order written.
     pub(super) fn points(
         &mut self,
         table: Table<'a>,
@@ -44,7 +44,7 @@ impl<'a> Lowering<'a> {
             let at: Result<Vec<f64>, Reported> = at
                 .iter()
                 .zip(units)
-                // Zero has no sign.
+                // Removes the sign of zero.
                 .map(|(&x, unit)| Ok(self.known(x, unit, Reading::Value, diagnostics)? + 0.0))
                 .collect();
             let value = match value {
@@ -57,7 +57,7 @@ impl<'a> Lowering<'a> {
                 (Ok(at), Ok(value)) => points.push(Read { at, value, span, place }),
                 (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
             }
-            // A wrong unit in a header is wrong in every row.
+            // A wrong unit in a header applies to every row.
             if is_file && failed.is_some() {
                 break;
             }
@@ -68,7 +68,7 @@ impl<'a> Lowering<'a> {
                 .zip(&b.at)
                 .fold(std::cmp::Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
         };
-        // Whoever writes them downwards comes to a step from above.
+        // In descending order, a step is met from above.
         if points.windows(2).all(|pair| in_order(&pair[0], &pair[1]).is_ge()) {
             points.reverse();
         }
@@ -92,7 +92,7 @@ impl<'a> Lowering<'a> {
         repeated.map_or(Ok(points), Err)
     }
 
-    /// The mistake among points at one place, if any: a table of one argument may have two, which are a step.
+    /// The first group of too many points with equal arguments: a table of one argument may have two, which are a step.
     fn too_many_at_one_place(
         &self,
         table: Table<'a>,
@@ -129,7 +129,7 @@ impl<'a> Lowering<'a> {
         Some(Repeated { what, help, spans: (last, first) })
     }
 
-    /// A value that is an element of an array with as many elements as the table has points.
+    /// The element that is a value, for an array with as many elements as the table has points.
     fn ordinate_of_array(
         &mut self,
         array: &'a Expr,
@@ -144,7 +144,7 @@ impl<'a> Lowering<'a> {
         let n = table.points.expressions().len() - 1;
         let entry = self.scope.names.get(name.as_str()).map(|entry| entry.definition);
         let refuse = |message: String, help: &str, diagnostics: &mut Diagnostics| {
-            // Once, and not for each point.
+            // Once, not for each point.
             let said = diagnostics.said(Code::E233, array.span);
             Err(said.unwrap_or_else(|| {
                 diagnostics.error(Diagnostic::new(Code::E233, array.span, message).help(help))
@@ -225,7 +225,7 @@ impl<'a> Lowering<'a> {
 #[derive(Debug, Clone, Copy)]
 enum Ordinate<'a> {
     Of(&'a Expr),
-    /// The element at this distance from the first, of an array by its name.
+    /// The element at this distance from the first of the named array.
     Element(&'a Expr, u32),
 }
 

@@ -1,4 +1,4 @@
-//! What only effect files have: their first line, and the clauses that say what they change.
+//! Syntax specific to effect files: their first line, and the clauses with their changes.
 //!
 //! ```text
 //! header  = "effect" name ("on" name | "(" slot ("," slot)* ")")
@@ -124,7 +124,7 @@ fn add(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
     Ok((rest, ClauseKind::Add { value, equation }))
 }
 
-/// What was read, if nothing is left.
+/// The value, if no tokens are left.
 fn whole<T>(rest: Tokens<'_>, read: T) -> Parsed<'_, T> {
     if rest.is_empty() { Ok((rest, read)) } else { rest.expected(OPERATOR) }
 }

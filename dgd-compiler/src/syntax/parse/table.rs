@@ -13,7 +13,7 @@ use crate::syntax::ast::{
     Argument, AttributeKind, Beyond, Expr, ExprKind, ItemKind, Name, Point, Points,
 };
 
-/// A table of more arguments is a mistake.
+/// Limit on the arguments of a table.
 const MOST_ARGUMENTS: usize = 2;
 
 /// Reads a table after its keyword.
@@ -61,7 +61,7 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
             cut(token(TokenKind::Equal, "`=` and the values between parentheses")).parse(rest)?.0;
         let values = rest.span();
         if rest.first() == Some(TokenKind::Name) {
-            // An array that holds the values.
+            // An array of values.
             let (rest, Name { text, span }) = dotted(rest)?;
             let array = Expr { span, kind: ExprKind::Name(text) };
             return Ok((rest, Points::Columns([abscissae, vec![array]])));
@@ -129,12 +129,12 @@ fn example(arguments: &[Argument]) -> String {
     format!("`= {point}, {point}`")
 }
 
-/// Whether `((0, 1), …` begins here: parentheses around points. A number in parentheses holds no comma.
+/// Whether `((0, 1), …` begins here: parentheses around points. A parenthesised number contains no comma.
 fn is_list_of_points(input: Tokens<'_>) -> bool {
     list(input.behind_first()).is_ok_and(|(_, numbers)| numbers.len() > 1)
 }
 
-/// Expressions between parentheses, one at least.
+/// Expressions in parentheses, at least one.
 fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
     let open = input.span();
     let mut rest = cut(token(TokenKind::Open, "`(` and numbers")).parse(input)?.0;
@@ -150,7 +150,7 @@ fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
     }
 }
 
-/// `refuse`, `hold` or `extend`, behind `beyond`.
+/// `refuse`, `hold` or `extend`, after `beyond`.
 pub(super) fn beyond(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
     let word = input.first_text();
     let found = Beyond::ALL.iter().find(|(known, _)| *known == word);

@@ -1,4 +1,4 @@
-//! Refuses histories that jump: what reads them late would jump, too, at times that nothing locates.
+//! Refuses discontinuous histories: delayed values would jump, too, at times that no event locates.
 
 use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::Dae;

@@ -1,8 +1,8 @@
 //! Switches whose surface jumps where another switch changes: `sign((if x > 1 then x else 0) - 2)`.
 //!
-//! While a solution slides along the inner surface, x = 1, what acts is a share of the rows on both
-//! sides, each with its own outer switch. So the inner condition is brought to the front of such
-//! rows: row = if e > 0 then row where e > 0 else row where e < 0.
+//! While a solution slides along the inner surface, x = 1, a share of the rows on each side acts, each with its own
+//! outer switch. So the inner condition is brought to the front of such rows: row = if e > 0 then row on e > 0 else row
+//! on e < 0.
 
 use super::Readers;
 use super::surfaces::{SurfaceKind, surfaces};
@@ -13,7 +13,7 @@ use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Node};
 use crate::model::Model;
 
-/// Each condition that is brought to the front doubles a row at most.
+/// Each condition that is brought to the front at most doubles a row.
 const MOST_CONDITIONS: usize = 6;
 
 /// Brings inner conditions to the front of the rows.
