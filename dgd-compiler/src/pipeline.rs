@@ -48,17 +48,17 @@ pub fn load(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Ast>, Reported> {
-    let mut own = Diagnostics::default();
-    let Loaded { asts, holes } = imports::load(vec![main], read, sources, &mut own);
+    let mut problems = Diagnostics::default();
+    let Loaded { asts, holes } = imports::load(vec![main], read, sources, &mut problems);
     let units = own_units::declared(&asts);
     if !units.is_empty() {
         sources.units = units;
     }
-    let result = own.check();
+    let result = problems.check();
     if result.is_err() && asts[0].model.is_some() {
-        further_mistakes(&asts, &holes, &ModelOptions::default(), &mut own);
+        further_mistakes(&asts, &holes, &ModelOptions::default(), &mut problems);
     }
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
     diagnostics.check()?;
@@ -72,10 +72,10 @@ pub fn further_mistakes(
     options: &ModelOptions,
     diagnostics: &mut Diagnostics,
 ) {
-    let mut found = Diagnostics::default();
+    let mut further = Diagnostics::default();
     // The model is useless: it lacks the declarations in the holes.
-    let _: Result<Model, Reported> = resolve(asts, options, &mut found);
-    for mistake in found.sorted() {
+    let _: Result<Model, Reported> = resolve(asts, options, &mut further);
+    for mistake in further.sorted() {
         if !holes.iter().any(|hole| follows_from(mistake, hole)) {
             diagnostics.error(mistake.clone());
         }

@@ -33,8 +33,8 @@ impl Run {
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
         let main = Source { name: files[0].0.into(), text: files[0].1.into() };
         let mut read = |path: &str| {
-            let found = files.iter().find(|(name, _)| *name == path);
-            found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "not found".to_owned())
+            let file = files.iter().find(|(name, _)| *name == path);
+            file.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "not found".to_owned())
         };
         let asts = load(main, &mut read, &mut sources, &mut diagnostics).unwrap_or_default();
         Run { sources, diagnostics, asts }

@@ -305,15 +305,15 @@ impl<'a> Body<'a> {
     fn input_name(&self, index: usize) -> Ident {
         let signature = &self.program.signature;
         let Signature { inputs, delayed_inputs, .. } = signature;
-        let of = |late: usize| &inputs[delayed_inputs[late].input].name;
+        let input_name = |late: usize| &inputs[delayed_inputs[late].input].name;
         if let Some(past) = index.checked_sub(signature.past().first) {
             return format_ident!("_past_{}", past);
         }
         match index.checked_sub(inputs.len()) {
             None => identifier(&inputs[index].name),
             Some(late) => match late.checked_sub(delayed_inputs.len()) {
-                None => format_ident!("_{}_late_{}", of(late), late),
-                Some(late) => format_ident!("_{}_late_{}_slope", of(late), late),
+                None => format_ident!("_{}_late_{}", input_name(late), late),
+                Some(late) => format_ident!("_{}_late_{}_slope", input_name(late), late),
             },
         }
     }
@@ -364,9 +364,9 @@ pub(super) fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) 
         Operation::LoadSwept(argument, Place { first, by_round })
         | Operation::LoadRound(argument, Place { first, by_round }) => {
             let by_passage = matches!(operation, Operation::LoadSwept(..));
-            let at = loops::place(first as usize, by_round as isize, by_passage);
+            let position = loops::place(first as usize, by_round as isize, by_passage);
             let array = array(argument);
-            atom(quote!(#array[#at]))
+            atom(quote!(#array[#position]))
         }
         Operation::Counter => atom(quote!((_k as f64))),
         Operation::Round => atom(quote!((_r as f64))),

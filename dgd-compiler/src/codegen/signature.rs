@@ -355,7 +355,7 @@ fn discrete(of: &Discrete, program: &Program) -> TokenStream {
 fn formulas(of: &Formulas, program: &Program) -> TokenStream {
     // Operation by operation, from the function that they were compiled into, which names the curves.
     let function = &program.function(FunctionKind::EventFunctions).body;
-    let at = |position: &u32| Literal::u32_unsuffixed(*position);
+    let literal = |position: &u32| Literal::u32_unsuffixed(*position);
     let operations = of.operations.iter().zip(function).map(|(operation, own)| match operation {
         Operation::Constant(value) => {
             let value = number(*value);
@@ -363,18 +363,18 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
         }
         Operation::Time => quote!(Time),
         Operation::Call(name, a) => {
-            let a = at(a);
+            let a = literal(a);
             quote!(Call(#name, #a))
         }
         Operation::Call2(name, a, b) => {
-            let [a, b] = [a, b].map(at);
+            let [a, b] = [a, b].map(literal);
             quote!(Call2(#name, #a, #b))
         }
         Operation::Curve(_, a) => {
             let program::Operation::Curve(curve, _) = own else {
                 unreachable!("data and function have the same operations")
             };
-            let (curve, a) = (curves::name(*curve), at(a));
+            let (curve, a) = (curves::name(*curve), literal(a));
             quote!(Curve(&#curve, #a))
         }
         // The others hold only positions.
@@ -383,7 +383,7 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
         | Operation::Parameter(i)
         | Operation::Discrete(i)
         | Operation::Negate(i)
-        | Operation::Not(i) => named(operation, &[i].map(at)),
+        | Operation::Not(i) => named(operation, &[i].map(literal)),
         Operation::Add(a, b)
         | Operation::Subtract(a, b)
         | Operation::Multiply(a, b)
@@ -391,11 +391,11 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
         | Operation::Above(a, b)
         | Operation::NotBelow(a, b)
         | Operation::And(a, b)
-        | Operation::Or(a, b) => named(operation, &[a, b].map(at)),
-        Operation::Select(c, a, b) => named(operation, &[c, a, b].map(at)),
+        | Operation::Or(a, b) => named(operation, &[a, b].map(literal)),
+        Operation::Select(c, a, b) => named(operation, &[c, a, b].map(literal)),
     });
     let operations = operations.map(|operation| quote!(Operation::#operation));
-    let results = of.results.iter().map(at);
+    let results = of.results.iter().map(literal);
     quote! {
         Formulas {
             operations: List::Borrowed(&[#(#operations),*]),

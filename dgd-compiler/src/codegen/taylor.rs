@@ -187,8 +187,8 @@ impl Code<'_> {
         let statements = moving.map(|(value, recurrence)| {
             let (name, coefficient) = (moving_name(value), self.coefficient(value, recurrence));
             let keep = series.kept[value.index()].map(|own| {
-                let own = format_ident!("_c{}", own);
-                quote!(::dgd::__runtime::taylor::keep(#own, _k, #name);)
+                let coefficient = format_ident!("_c{}", own);
+                quote!(::dgd::__runtime::taylor::keep(#coefficient, _k, #name);)
             });
             quote!(let #name: f64 = #coefficient; #keep)
         });
@@ -202,11 +202,11 @@ impl Code<'_> {
             &value,
             |entry| {
                 let column = index(entry.column);
-                let own = series.kept[entry.value.index()].filter(|_| series.moves(entry.value));
-                if let Some(own) = own {
-                    let own = format_ident!("_c{}", own);
+                let kept = series.kept[entry.value.index()].filter(|_| series.moves(entry.value));
+                if let Some(kept) = kept {
+                    let coefficient = format_ident!("_c{}", kept);
                     quote!(::dgd::__runtime::taylor::add_product(
-                        _row, #own, _s, #n, #column, _k,
+                        _row, #coefficient, _s, #n, #column, _k,
                     );)
                 } else {
                     let fixed = fixed_name(entry.value);
@@ -290,8 +290,8 @@ impl Code<'_> {
     /// The coefficient of order `_k` of a value.
     fn coefficient(&self, own: ValueId, recurrence: Recurrence) -> TokenStream {
         let kept = |value: ValueId| {
-            let own = self.series.kept[value.index()];
-            format_ident!("_c{}", own.unwrap_or_else(|| unreachable!("what is read is kept")))
+            let kept = self.series.kept[value.index()];
+            format_ident!("_c{}", kept.unwrap_or_else(|| unreachable!("what is read is kept")))
         };
         let call = |name: &str, arguments: TokenStream| {
             let name = Ident::new(name, Span::call_site());

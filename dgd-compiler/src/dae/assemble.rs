@@ -34,14 +34,14 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     loop {
         // Arrays that index reduction would have to take apart.
         let mut tied = BTreeSet::new();
-        let mut own = Diagnostics::default();
-        let attempt = assemble_as_it_is(&model, &mut tied, &mut own);
+        let mut problems = Diagnostics::default();
+        let attempt = assemble_as_it_is(&model, &mut tied, &mut problems);
         let elements = tied.iter().map(|array| model.arrays[*array].count as usize);
         if attempt.is_err() && !tied.is_empty() && elements.sum::<usize>() <= MOST_WRITTEN_OUT {
             model = Cow::Owned(families::written_out(&model, &tied));
             continue;
         }
-        for diagnostic in own.sorted() {
+        for diagnostic in problems.sorted() {
             diagnostics.error(diagnostic.clone());
         }
         return attempt;

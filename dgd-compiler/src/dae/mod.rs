@@ -517,8 +517,8 @@ impl Dae {
         match i.checked_sub(self.inputs.len()) {
             None => name(i).clone(),
             Some(late) if late >= self.delayed_inputs.len() => {
-                let of = self.inputs.len() + late - self.delayed_inputs.len();
-                format!("der({})", self.input_name(of))
+                let base = self.inputs.len() + late - self.delayed_inputs.len();
+                format!("der({})", self.input_name(base))
             }
             Some(late) => {
                 let DelayedInput { input, delay } = self.delayed_inputs[late];

@@ -21,7 +21,7 @@ impl Varying<'_> {
     /// Whether an input, declared or delayed, changes between samples.
     fn is_linear(self, i: u32) -> bool {
         let declared = self.model.inputs.len();
-        let of = match (i as usize).checked_sub(declared) {
+        let input = match (i as usize).checked_sub(declared) {
             None => i as usize,
             Some(late) => match self.delayed.get(late) {
                 Some(late) => late.input,
@@ -29,7 +29,7 @@ impl Varying<'_> {
                 None => return false,
             },
         };
-        self.model.inputs[of].interpolation == Interpolation::Linear
+        self.model.inputs[input].interpolation == Interpolation::Linear
     }
 
     /// ė; `None` if e reads an unknown that has no derivative in some mode, or a delayed value.
@@ -41,8 +41,8 @@ impl Varying<'_> {
                 Symbol::Element(i) => {
                     let (_, family) = family_of(rows.families, i)?;
                     let passage = i - u32::try_from(family.first).unwrap_or(u32::MAX);
-                    let own = at_passage(graph, family.rhs, passage);
-                    graph.multiply(slope, own)
+                    let rhs = at_passage(graph, family.rhs, passage);
+                    graph.multiply(slope, rhs)
                 }
                 Symbol::Input(i) => {
                     let along = graph.symbol(Symbol::InputSlope(i));
@@ -165,9 +165,9 @@ fn zero_delay(dae: &mut Dae) -> usize {
 
 /// All expressions that vary along a solution.
 fn expressions(dae: &mut Dae) -> Vec<ExprId> {
-    let mut all = Vec::new();
-    dae.each_expression(&mut |_, id| all.push(*id));
-    all
+    let mut expressions = Vec::new();
+    dae.each_expression(&mut |_, id| expressions.push(*id));
+    expressions
 }
 
 /// Replaces symbols in all expressions that vary along a solution.

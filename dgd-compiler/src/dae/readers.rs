@@ -32,13 +32,13 @@ impl DerivativeReader<'_> {
 
     /// The model's start equations without derivatives; the states that they determine are found later.
     pub(super) fn start_equations(&mut self, values: Vec<ExprId>) -> Vec<StartEquation> {
-        let mut all = Vec::with_capacity(values.len());
+        let mut equations = Vec::with_capacity(values.len());
         for (equation, rest) in self.model.start_equations.iter().zip(values) {
             let (name, span) = (equation.label.clone(), equation.span);
             let rest = self.open(rest, span, &|| format!("start equation `{name}`"));
-            all.push(StartEquation { name, span, rest, unknown: 0 });
+            equations.push(StartEquation { name, span, rest, unknown: 0 });
         }
-        all
+        equations
     }
 
     /// The model's automata, event functions and resets without derivatives.

@@ -95,14 +95,15 @@ pub fn write(dae: &Dae) -> String {
             writeln!(text, "  {when}{name}")
         };
         for transition in &automaton.transitions {
-            let to = &automaton.modes[transition.to];
+            let target = &automaton.modes[transition.to];
             if transition.trigger == Trigger::Start {
-                let _ = writeln!(text, "    starts in {to} if {} is above 0", next());
+                let _ = writeln!(text, "    starts in {target} if {} is above 0", next());
                 continue;
             }
             let from = &automaton.modes[transition.from];
             let crossing = transition.crossing.words();
-            let change = if shows_modes { format!("{from} -> {to} when ") } else { String::new() };
+            let change =
+                if shows_modes { format!("{from} -> {target} when ") } else { String::new() };
             let event = next();
             if transition.trigger != Trigger::Clock {
                 let _ = writeln!(text, "    {change}{event} {crossing} 0");

@@ -29,10 +29,10 @@ impl Equation<'_> {
             Symbol::Unknown(i) => Some(i),
             _ => None,
         });
-        let mut all: Vec<u32> = read.chain(self.by_delays.iter().copied()).collect();
-        all.sort_unstable();
-        all.dedup();
-        all
+        let mut unknowns: Vec<u32> = read.chain(self.by_delays.iter().copied()).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        unknowns
     }
 }
 

@@ -138,9 +138,9 @@ impl Diagnostics {
 
     /// The reported errors, ordered by place.
     pub fn sorted(&self) -> Vec<&Diagnostic> {
-        let mut all: Vec<_> = self.list.iter().collect();
-        all.sort_by_key(|diagnostic| diagnostic.labels[0].span);
-        all
+        let mut sorted: Vec<_> = self.list.iter().collect();
+        sorted.sort_by_key(|diagnostic| diagnostic.labels[0].span);
+        sorted
     }
 }
 

@@ -82,16 +82,17 @@ fn snippets<'a>(
         .into_iter()
         .map(|id| {
             let source = sources.get(id);
-            let own = || labels.iter().enumerate().filter(move |(_, l)| l.span.source == id);
+            let labels_here =
+                || labels.iter().enumerate().filter(move |(_, l)| l.span.source == id);
             let ranges: Vec<Range<usize>> =
-                own().map(|(_, label)| drawable(&source.text, label.span)).collect();
+                labels_here().map(|(_, label)| drawable(&source.text, label.span)).collect();
             let lines = lines_around(&source.text, &ranges);
             let first_line = source.text[..lines.start].matches('\n').count() + 1;
 
             let mut snippet = Snippet::source(&source.text[lines.clone()])
                 .line_start(first_line)
                 .path(visible(&source.name));
-            for ((i, label), range) in own().zip(ranges) {
+            for ((i, label), range) in labels_here().zip(ranges) {
                 let kind = if i == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
                 let text = (!label.text.is_empty()).then(|| visible(&label.text));
                 let range = range.start - lines.start..range.end - lines.start;

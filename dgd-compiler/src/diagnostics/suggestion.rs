@@ -9,20 +9,20 @@ pub fn suggestion<'a>(
     name: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    let own = Word::new(name);
+    let word = Word::new(name);
     // In half slips. Replacing every letter is not a slip.
     let mut most =
-        (2 * own.letters.len().div_ceil(3).min(4)).min((2 * own.letters.len()).checked_sub(1)?);
+        (2 * word.letters.len().div_ceil(3).min(4)).min((2 * word.letters.len()).checked_sub(1)?);
     let mut best: Option<(usize, &str)> = None;
     let mut other = Word::default();
     for candidate in candidates {
         other.read(candidate);
-        if candidate == name || !own.may_be_within(&other, most / 2) {
+        if candidate == name || !word.may_be_within(&other, most / 2) {
             continue;
         }
         // Ignoring case can only reduce the distance.
-        let Some(lower) = distance_within(&own.lower, &other.lower, most / 2) else { continue };
-        let exact = distance_within(&own.letters, &other.letters, most / 2);
+        let Some(lower) = distance_within(&word.lower, &other.lower, most / 2) else { continue };
+        let exact = distance_within(&word.letters, &other.letters, most / 2);
         let slips = exact.map_or(usize::MAX, |exact| 2 * exact).min(2 * lower + 1);
         if slips <= most && best.is_none_or(|best| (slips, candidate) < best) {
             best = Some((slips, candidate));

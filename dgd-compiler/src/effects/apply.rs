@@ -40,7 +40,7 @@ pub fn apply(
     diagnostics: &mut Diagnostics,
 ) -> Result<Applied, Reported> {
     let expanded = parts::expand(asts, diagnostics)?;
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let mut declared = Declarations::collect(&expanded.asts);
     if applications.iter().any(|application| units::of_equations(application.effect)) {
         // Errors of the model itself are reported elsewhere.
@@ -52,7 +52,7 @@ pub fn apply(
     let mut instances = Vec::with_capacity(applications.len());
     for application in applications {
         // Each application reports its own errors; the next is independent of them.
-        let instance = Instance::new(application, &asts[0], &mut declared, blending, &mut own);
+        let instance = Instance::new(application, &asts[0], &mut declared, blending, &mut problems);
         instances.extend(instance.ok());
     }
     let mut splicing = Splicing {
@@ -62,20 +62,20 @@ pub fn apply(
         blending,
         done: Done::default(),
     };
-    if own.check().is_ok() {
+    if problems.check().is_ok() {
         for instance in &instances {
             splicing.asts[0].items.extend(instance.items.iter().cloned());
         }
         for kind in [EffectKind::Plant, EffectKind::Sensor, EffectKind::Input] {
             for instance in ordered(instances.iter().filter(|one| one.kind == kind).collect()) {
-                splicing.change(instance, &mut own);
+                splicing.change(instance, &mut problems);
             }
         }
     }
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
     let brought = instances.into_iter().map(|instance| instance.brought).collect();
     Ok(Applied { asts: splicing.finished(asts, &expanded), brought })
 }
@@ -135,11 +135,11 @@ impl Splicing {
         let is_import = |item: &Item| matches!(item.kind, ItemKind::Import { .. });
         let libraries = self.asts.split_off(1);
         let main = &mut self.asts[0];
-        let at = main.items.iter().position(is_import).unwrap_or(0);
+        let position = main.items.iter().position(is_import).unwrap_or(0);
         main.items.retain(|item| !is_import(item));
         main.imports.clear();
         let items = libraries.into_iter().flat_map(|library| library.items);
-        main.items.splice(at..at, items.filter(|item| !is_import(item)));
+        main.items.splice(position..position, items.filter(|item| !is_import(item)));
     }
 
     /// Makes the changes of one application.
@@ -180,15 +180,15 @@ impl Splicing {
 
     /// The current value of an output.
     fn reading(&self, output: &Name, diagnostics: &mut Diagnostics) -> Option<Expr> {
-        let mut found: Vec<Expr> = Vec::new();
+        let mut values: Vec<Expr> = Vec::new();
         visit::items(&self.asts[0].items, &mut |item| {
             if let ItemKind::Output { name, value, .. } = &item.kind
                 && name.text == output.text
             {
-                found.push(read_by(name, value.as_ref()));
+                values.push(read_by(name, value.as_ref()));
             }
         });
-        if let [one] = found.as_slice() {
+        if let [one] = values.as_slice() {
             return Some(one.clone());
         }
         let message = format!("output `{}` is not declared once", output.text);
@@ -469,8 +469,8 @@ fn add_term(right: &mut Expr, value: &Expr) {
         return;
     }
     let first = right.clone();
-    let all = std::iter::once((Sign::Plus, first)).chain(terms).collect();
-    *right = Expr { span, kind: ExprKind::Sum(all) };
+    let signed = std::iter::once((Sign::Plus, first)).chain(terms).collect();
+    *right = Expr { span, kind: ExprKind::Sum(signed) };
 }
 
 /// λ e

@@ -46,8 +46,8 @@ fn are_balances_in_order(slots: &[Slot], list: &[String], model: &Model) -> bool
         |state: &str| model.unknowns.iter().position(|unknown| unknown.declared.name == state);
     let is_balance = |state: usize, label: &str| {
         let rate = Symbol::Derivative(state as u32);
-        let own = model.all_equations().filter(|equation| equation.label == label);
-        let mut sides = own.flat_map(|equation| [equation.left, equation.right]);
+        let labelled = model.all_equations().filter(|equation| equation.label == label);
+        let mut sides = labelled.flat_map(|equation| [equation.left, equation.right]);
         sides.any(|side| model.graph.symbols(side).contains(&rate))
     };
     let states: Option<Vec<usize>> = pairs.iter().map(|&k| position(&list[k])).collect();
@@ -58,42 +58,42 @@ fn are_balances_in_order(slots: &[Slot], list: &[String], model: &Model) -> bool
 
 /// The names of a model with the kind and the dimension of a slot, except those of exact equations, which lack no term.
 fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
-    let all: Vec<(&str, Dimension)> = match slot.kind {
+    let named: Vec<(&str, Dimension)> = match slot.kind {
         SlotKind::Input => {
-            let all = model.inputs.iter().map(|input| &input.declared);
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+            let inputs = model.inputs.iter().map(|input| &input.declared);
+            inputs.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::Output => {
-            let all = model.outputs.iter().map(|output| &output.declared);
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+            let outputs = model.outputs.iter().map(|output| &output.declared);
+            outputs.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::State => {
-            let all = model.unknowns.iter().filter(|unknown| unknown.state);
-            all.map(|u| (u.declared.name.as_str(), u.declared.unit.dimension)).collect()
+            let states = model.unknowns.iter().filter(|unknown| unknown.state);
+            states.map(|u| (u.declared.name.as_str(), u.declared.unit.dimension)).collect()
         }
         SlotKind::Quantity => {
             let inputs = model.inputs.iter().map(|input| &input.declared);
-            let all = inputs.chain(model.unknowns.iter().map(|unknown| &unknown.declared));
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+            let quantities = inputs.chain(model.unknowns.iter().map(|unknown| &unknown.declared));
+            quantities.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::Let => model.lets.iter().map(|own| (own.name.as_str(), own.dimension)).collect(),
         SlotKind::Parameter => {
-            let all = model.parameters.iter().map(|parameter| &parameter.declared);
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+            let parameters = model.parameters.iter().map(|parameter| &parameter.declared);
+            parameters.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::Equation => {
-            let mut all: Vec<(&str, Dimension)> = Vec::new();
+            let mut labels: Vec<(&str, Dimension)> = Vec::new();
             for equation in model.all_equations().filter(|equation| !equation.is_exact) {
                 // A change of an equation affects all equations of its label, in all modes.
-                if all.iter().all(|(label, _)| *label != equation.label) {
-                    all.push((&equation.label, equation.dimension));
+                if labels.iter().all(|(label, _)| *label != equation.label) {
+                    labels.push((&equation.label, equation.dimension));
                 }
             }
-            all
+            labels
         }
     };
     // The unit was checked when the effect was read.
     let wanted = slot.unit.as_ref().and_then(|unit| parse_unit(&unit.text).ok());
     let fits = |dimension: Dimension| wanted.as_ref().is_none_or(|u| u.dimension == dimension);
-    all.into_iter().filter(|(_, dimension)| fits(*dimension)).map(|(name, _)| name).collect()
+    named.into_iter().filter(|(_, dimension)| fits(*dimension)).map(|(name, _)| name).collect()
 }

@@ -28,7 +28,7 @@ pub(super) struct Declarations {
 impl Declarations {
     /// Collects the declarations of a model, its libraries and all its variants.
     pub(super) fn collect(asts: &[Ast]) -> Declarations {
-        let mut all = Declarations::default();
+        let mut declarations = Declarations::default();
         for ast in asts {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
@@ -73,10 +73,10 @@ impl Declarations {
                     ItemKind::Modes { name, .. } => (Namespace::Modes, name, None, None),
                 };
                 let declared = Declared { span: name.span, kind, unit };
-                all.names.entry((namespace, name.text.clone())).or_insert(declared);
+                declarations.names.entry((namespace, name.text.clone())).or_insert(declared);
             });
         }
-        all
+        declarations
     }
 
     /// Gives each equation the unit of its terms in the model, and a `let` without a unit that of an unknown or of its
@@ -121,14 +121,14 @@ impl Declarations {
 
     /// All names of a namespace.
     pub(super) fn of(&self, namespace: Namespace) -> impl Iterator<Item = &str> {
-        let own = self.names.keys().filter(move |(of, _)| *of == namespace);
-        own.map(|(_, name)| name.as_str())
+        let keys = self.names.keys().filter(move |(of, _)| *of == namespace);
+        keys.map(|(_, name)| name.as_str())
     }
 
     /// The unit of a quantity; an output without one has that of its unknown.
     pub(super) fn unit(&self, namespace: Namespace, name: &str) -> Option<&Unit> {
-        let own = self.get(namespace, name)?.unit.as_ref();
-        own.or_else(|| match namespace {
+        let unit = self.get(namespace, name)?.unit.as_ref();
+        unit.or_else(|| match namespace {
             Namespace::Output => self.get(Namespace::Value, name)?.unit.as_ref(),
             Namespace::Value
             | Namespace::Equation

@@ -93,20 +93,20 @@ struct Definitions {
 
 impl Definitions {
     fn collect(asts: &[Ast]) -> Definitions {
-        let mut all = Definitions::default();
+        let mut definitions = Definitions::default();
         for ast in asts {
             visit::items(&ast.items, &mut |item| match &item.kind {
                 ItemKind::Let { name, value, .. } => {
                     let key = (Namespace::Value, name.text.clone());
-                    collect(value, all.reads.entry(key).or_default());
+                    collect(value, definitions.reads.entry(key).or_default());
                 }
                 ItemKind::Function { name, lets, body, .. } => {
                     let key = (Namespace::Value, name.text.clone());
-                    collect(&without_lets(lets, body), all.reads.entry(key).or_default());
+                    collect(&without_lets(lets, body), definitions.reads.entry(key).or_default());
                 }
                 ItemKind::Output { name, value, .. } => {
                     let key = (Namespace::Output, name.text.clone());
-                    let read = all.reads.entry(key).or_default();
+                    let read = definitions.reads.entry(key).or_default();
                     match value {
                         Some(value) => collect(value, read),
                         None => {
@@ -115,11 +115,11 @@ impl Definitions {
                     }
                 }
                 ItemKind::Unknown { name, .. } => {
-                    all.unknowns.insert((Namespace::Value, name.text.clone()));
+                    definitions.unknowns.insert((Namespace::Value, name.text.clone()));
                 }
                 ItemKind::Array { declared, name, .. } => {
                     if declared.is_unknown() {
-                        all.unknowns.insert((Namespace::Value, name.text.clone()));
+                        definitions.unknowns.insert((Namespace::Value, name.text.clone()));
                     }
                 }
                 ItemKind::Import { .. }
@@ -141,7 +141,7 @@ impl Definitions {
                 | ItemKind::Saturate { .. } => {}
             });
         }
-        all
+        definitions
     }
 
     /// Hides a name and the names that define it.

@@ -236,8 +236,8 @@ impl Naming<'_, '_> {
             return first.text;
         };
         if self.blending != Blending::Applied {
-            let own = effect.full_name().replace('/', "_");
-            let text = format!("{}_{own}{suffix}", name.text);
+            let effect_name = effect.full_name().replace('/', "_");
+            let text = format!("{}_{effect_name}{suffix}", name.text);
             let second = Name { text, span: name.span };
             if self.declared.insert(namespace, &second).is_ok() {
                 return second.text;
@@ -315,12 +315,12 @@ fn bound<'a>(
         };
         return Err(diagnostics.error(misfit(application.span, message).help(help)));
     }
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let bound: Vec<(&Slot, &Name)> = slots.iter().zip(&application.arguments).collect();
     for (slot, argument) in &bound {
-        let found = declared.get(namespace_of(slot.kind), &argument.text);
+        let declaration = declared.get(namespace_of(slot.kind), &argument.text);
         let fits = |kind: Option<SlotKind>| kind.is_some_and(|kind| kind.fits(slot.kind));
-        if !fits(found.and_then(|found| found.kind)) {
+        if !fits(declaration.and_then(|declaration| declaration.kind)) {
             let is = noun(slot.kind);
             let message = format!(
                 "`{}` is not {is} of the model, which `{}` must be",
@@ -331,19 +331,19 @@ fn bound<'a>(
             });
             let near =
                 suggestion(&argument.text, known).map(|near| format!("did you mean `{near}`?"));
-            own.error(
+            problems.error(
                 misfit(argument.span, message)
                     .label(slot.name.span, "asked for here")
                     .maybe_help(near),
             );
             continue;
         }
-        verify_dimension(slot, argument, declared, &mut own);
+        verify_dimension(slot, argument, declared, &mut problems);
     }
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
     Ok(bound)
 }
 

@@ -104,13 +104,13 @@ impl<'a> Opening<'a> {
 
     /// The definitions of a name that can be active together with the equation.
     fn definitions_of(&self, name: &str) -> Vec<&'a Definition> {
-        let all = self.definitions.all.get(name).map_or(&[][..], Vec::as_slice);
+        let candidates = self.definitions.all.get(name).map_or(&[][..], Vec::as_slice);
         let agrees = |definition: &&Definition| {
             definition.path.iter().all(|(variant, choice)| {
                 self.path.iter().all(|(other, chosen)| other != variant || chosen == choice)
             })
         };
-        all.iter().filter(agrees).collect()
+        candidates.iter().filter(agrees).collect()
     }
 
     /// Names whose definitions use the replaced name, directly or through others.

@@ -24,7 +24,7 @@ impl Effect {
                     .help("begin it with `effect NAME on MODEL` or `effect NAME(y: output)`"),
             ));
         };
-        let mut own = Diagnostics::default();
+        let mut problems = Diagnostics::default();
         let mut kind = None;
         let mut form: Option<Name> = None;
         for clause in &header.clauses {
@@ -33,11 +33,15 @@ impl Effect {
                     once(
                         kind.replace((*this, clause.span)).map(|(_, span)| span),
                         clause.span,
-                        &mut own,
+                        &mut problems,
                     );
                 }
                 ClauseKind::Form(this) => {
-                    once(form.replace(this.clone()).map(|name| name.span), this.span, &mut own);
+                    once(
+                        form.replace(this.clone()).map(|name| name.span),
+                        this.span,
+                        &mut problems,
+                    );
                 }
                 ClauseKind::Null { .. }
                 | ClauseKind::Replace { .. }
@@ -46,25 +50,25 @@ impl Effect {
             }
         }
         if kind.is_none() {
-            own.error(
+            problems.error(
                 incomplete(header.name.span, format!("effect `{}` has no kind", header.name.text))
                     .help(
                         "write `kind plant`, `kind sensor` or `kind input` behind its first line",
                     ),
             );
         }
-        verify_changes(&ast, header, &mut own);
-        verify_nulls(&ast, header, &mut own);
-        verify_items(&ast, &mut own);
+        verify_changes(&ast, header, &mut problems);
+        verify_nulls(&ast, header, &mut problems);
+        verify_items(&ast, &mut problems);
         let slots = match &header.target {
             Target::Model(_) => &[],
             Target::Template(slots) => slots.as_slice(),
         };
-        verify_slots(&ast, slots, &mut own);
-        for diagnostic in own.sorted() {
+        verify_slots(&ast, slots, &mut problems);
+        for diagnostic in problems.sorted() {
             diagnostics.error(diagnostic.clone());
         }
-        own.check()?;
+        problems.check()?;
         let Some((kind, _)) = kind else {
             unreachable!("an effect without a kind has been reported");
         };
@@ -139,10 +143,10 @@ fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics)
             parameters.push(&name.text);
         }
     });
-    let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+    let mut spans: BTreeMap<&str, Span> = BTreeMap::new();
     for clause in &header.clauses {
         let ClauseKind::Null { name, .. } = &clause.kind else { continue };
-        once(seen.insert(&name.text, name.span), name.span, diagnostics);
+        once(spans.insert(&name.text, name.span), name.span, diagnostics);
         if !parameters.contains(&name.text.as_str()) {
             let message = format!("this effect has no parameter `{}`", name.text);
             let help = match suggestion(&name.text, parameters.iter().copied()) {
@@ -179,9 +183,9 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
 /// Checks that the arguments of a template differ, have valid units, and are not declared again; `[unit(y)]` is the
 /// unit of one of them.
 fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
-    let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+    let mut spans: BTreeMap<&str, Span> = BTreeMap::new();
     for slot in slots {
-        if let Some(first) = seen.insert(&slot.name.text, slot.name.span) {
+        if let Some(first) = spans.insert(&slot.name.text, slot.name.span) {
             let message = format!("two arguments are called `{}`", slot.name.text);
             diagnostics.error(
                 Diagnostic::new(Code::E202, slot.name.span, message).label(first, "first here"),
@@ -196,7 +200,7 @@ fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
     for mut item in ast.items.iter().cloned() {
         visit::parts_mut(&mut item, &mut |part| {
             if let Part::Declares(_, name) = part
-                && let Some(argument) = seen.get(name.text.as_str())
+                && let Some(argument) = spans.get(name.text.as_str())
             {
                 let message = format!("`{}` is an argument of the effect", name.text);
                 diagnostics.error(

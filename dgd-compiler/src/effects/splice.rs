@@ -99,15 +99,15 @@ impl Splice<'_> {
 
     /// The effect that has replaced the name here and acts before this one.
     fn earlier<'r>(&self, expr: &Expr, replaced: &'r Replaced) -> Option<&'r Replacement> {
-        let found = replaced.get(&(self.name.text.clone(), expr.span));
-        let stands_here = |found: &&Replacement| {
-            found.marks.is_empty() || mentions(expr, &|name| found.marks.contains(name))
+        let earlier = replaced.get(&(self.name.text.clone(), expr.span));
+        let stands_here = |earlier: &&Replacement| {
+            earlier.marks.is_empty() || mentions(expr, &|name| earlier.marks.contains(name))
         };
         // Input effects act before all others because the replacement of an input is not an input.
-        let acts = |found: &&Replacement| {
-            self.kind != EffectKind::Input || found.kind == EffectKind::Input
+        let acts = |earlier: &&Replacement| {
+            self.kind != EffectKind::Input || earlier.kind == EffectKind::Input
         };
-        found.filter(acts).filter(stands_here)
+        earlier.filter(acts).filter(stands_here)
     }
 
     /// Replaces the uses in an expression and returns their number.

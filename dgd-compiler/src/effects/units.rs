@@ -10,13 +10,13 @@ use crate::units::{describe, parse_unit};
 
 /// Visits every unit of an effect's items and clauses.
 pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&Unit)) {
-    let mut seen = |unit: &mut Unit| visit(unit);
+    let mut visit_unit = |unit: &mut Unit| visit(unit);
     for item in &ast.items {
-        units_of_item_mut(&mut item.clone(), &mut seen);
+        units_of_item_mut(&mut item.clone(), &mut visit_unit);
     }
     for clause in ast.effect.iter().flat_map(|effect| &effect.clauses) {
         if let Some(expr) = expression_of(&clause.kind) {
-            units_of_expression_mut(&mut expr.clone(), &mut seen);
+            units_of_expression_mut(&mut expr.clone(), &mut visit_unit);
         }
     }
 }
@@ -28,11 +28,11 @@ pub(super) fn of_equations(effect: &Effect) -> bool {
         let is_one = |kind: SlotKind| matches!(kind, SlotKind::Equation | SlotKind::Let);
         slots.iter().any(|slot| slot.name.text == name && is_one(slot.kind))
     };
-    let mut found = false;
+    let mut is_found = false;
     each(&effect.ast, &mut |unit| {
-        found |= arguments_in(&unit.text).into_iter().any(is_inferred);
+        is_found |= arguments_in(&unit.text).into_iter().any(is_inferred);
     });
-    found
+    is_found
 }
 
 /// The expression of a clause.

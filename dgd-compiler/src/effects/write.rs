@@ -25,11 +25,11 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
     // Removed items, with their replacements.
     let mut gone: Vec<Option<String>> = Vec::with_capacity(before.items.len());
     for item in &before.items {
-        let found = after.items.iter().find(|other| same(item, other));
-        if let Some(other) = found {
+        let successor = after.items.iter().find(|other| same(item, other));
+        if let Some(other) = successor {
             item_edits(item, other, &mut edits);
         }
-        gone.push(found.is_none().then(|| as_remark(item, text, &mut edits)));
+        gone.push(successor.is_none().then(|| as_remark(item, text, &mut edits)));
     }
     // Items of libraries replace the first import; items of a part replace the part.
     let mut behind = Appendix { sources, brought, text: String::new(), last: None };
@@ -43,9 +43,10 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
             behind.item(item, index);
             continue;
         }
-        let own = (next..before.items.len()).find(|&at| holds(&before.items[at], item));
+        let holder = (next..before.items.len()).find(|&at| holds(&before.items[at], item));
         let any = (next..gone.len()).find(|&at| gone[at].is_some());
-        if let Some(place) = own.or(any).and_then(|at| gone[at].as_mut().inspect(|_| next = at)) {
+        if let Some(place) = holder.or(any).and_then(|at| gone[at].as_mut().inspect(|_| next = at))
+        {
             place.push_str(&print_item(item));
         }
     }
@@ -54,13 +55,13 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
     edits.sort_by_key(|(range, _)| range.start);
 
     let mut out = String::with_capacity(text.len() + behind.text.len());
-    let mut at = 0;
+    let mut position = 0;
     for (range, edit) in edits {
-        out.push_str(&text[at..range.start]);
+        out.push_str(&text[position..range.start]);
         out.push_str(&edit);
-        at = range.end;
+        position = range.end;
     }
-    out.push_str(&text[at..]);
+    out.push_str(&text[position..]);
     out.truncate(out.trim_end().len());
     out.push('\n');
     out.push_str(&behind.text);
@@ -161,13 +162,13 @@ fn item_edits(before: &Item, after: &Item, edits: &mut Vec<(Range<usize>, String
 }
 
 fn expressions(item: &Item) -> Vec<Expr> {
-    let mut all = Vec::new();
+    let mut expressions = Vec::new();
     visit::parts_mut(&mut item.clone(), &mut |part| {
         if let Part::Expr(_, expr) = part {
-            all.push(expr.clone());
+            expressions.push(expr.clone());
         }
     });
-    all
+    expressions
 }
 
 /// An item with all its expressions replaced by the same one.

@@ -32,7 +32,7 @@ impl Graph {
 
         let one = self.constant(1.0);
         let mut adjoints: HashMap<ExprId, ExprId> = [(root, one)].into_iter().collect();
-        let mut found = Vec::new();
+        let mut derivatives = Vec::new();
         for &id in order.iter().rev() {
             if !depends[&id] {
                 continue;
@@ -42,7 +42,7 @@ impl Graph {
                 && let Some(position) = wanted(symbol)
             {
                 if self.value(adjoint) != Some(0.0) {
-                    found.push((position, adjoint));
+                    derivatives.push((position, adjoint));
                 }
                 continue;
             }
@@ -54,8 +54,8 @@ impl Graph {
                 adjoints.insert(operand, sum);
             }
         }
-        found.sort_unstable_by_key(|(position, _)| *position);
-        found
+        derivatives.sort_unstable_by_key(|(position, _)| *position);
+        derivatives
     }
 
     /// The contributions of an expression with this adjoint to the adjoints of its operands.

@@ -91,29 +91,29 @@ impl Symbol {
 
     /// A number for each symbol, in the order of symbols. Searches compute it once instead of comparing symbols.
     pub fn key(self) -> u128 {
-        let of = |kind: u128, a: u32, b: u32| kind << 64 | u128::from(a) << 32 | u128::from(b);
+        let packed = |kind: u128, a: u32, b: u32| kind << 64 | u128::from(a) << 32 | u128::from(b);
         match self {
             Symbol::Time => 0,
-            Symbol::Constant(i) => of(1, i, 0),
-            Symbol::Parameter(i) => of(2, i, 0),
-            Symbol::Input(i) => of(3, i, 0),
-            Symbol::InputSlope(i) => of(4, i, 0),
-            Symbol::Unknown(i) => of(5, i, 0),
-            Symbol::Derivative(i) => of(6, i, 0),
-            Symbol::Sensitivity(i) => of(7, i, 0),
-            Symbol::Late(i) => of(8, i, 0),
-            Symbol::DelayedUnknown(i) => of(9, i, 0),
-            Symbol::Past(past, i) => of(10, past as u32, i),
-            Symbol::Element(i) => of(11, i, 0),
-            Symbol::Swept(i) => of(12, i, 0),
-            Symbol::SweptParameter(i, count) => of(13, i, count),
-            Symbol::SweptInput(i, count) => of(14, i, count),
-            Symbol::SweptInputSlope(i, count) => of(15, i, count),
-            Symbol::ElementRate(i) => of(16, i, 0),
-            Symbol::SweptRate(i) => of(17, i, 0),
-            Symbol::SweptSensitivity(i) => of(18, i, 0),
-            Symbol::Counter => of(19, 0, 0),
-            Symbol::Discrete(i) => of(20, i, 0),
+            Symbol::Constant(i) => packed(1, i, 0),
+            Symbol::Parameter(i) => packed(2, i, 0),
+            Symbol::Input(i) => packed(3, i, 0),
+            Symbol::InputSlope(i) => packed(4, i, 0),
+            Symbol::Unknown(i) => packed(5, i, 0),
+            Symbol::Derivative(i) => packed(6, i, 0),
+            Symbol::Sensitivity(i) => packed(7, i, 0),
+            Symbol::Late(i) => packed(8, i, 0),
+            Symbol::DelayedUnknown(i) => packed(9, i, 0),
+            Symbol::Past(past, i) => packed(10, past as u32, i),
+            Symbol::Element(i) => packed(11, i, 0),
+            Symbol::Swept(i) => packed(12, i, 0),
+            Symbol::SweptParameter(i, count) => packed(13, i, count),
+            Symbol::SweptInput(i, count) => packed(14, i, count),
+            Symbol::SweptInputSlope(i, count) => packed(15, i, count),
+            Symbol::ElementRate(i) => packed(16, i, 0),
+            Symbol::SweptRate(i) => packed(17, i, 0),
+            Symbol::SweptSensitivity(i) => packed(18, i, 0),
+            Symbol::Counter => packed(19, 0, 0),
+            Symbol::Discrete(i) => packed(20, i, 0),
         }
     }
 }
@@ -285,17 +285,17 @@ impl Graph {
     ///
     /// The time is proportional to the number of results, up to sorting.
     pub fn reachable(&self, roots: impl IntoIterator<Item = ExprId>) -> Vec<ExprId> {
-        let mut seen = HashSet::default();
+        let mut visited = HashSet::default();
         let mut pending: Vec<ExprId> = roots.into_iter().collect();
-        let mut found = Vec::new();
+        let mut reachable = Vec::new();
         while let Some(id) = pending.pop() {
-            if seen.insert(id) {
-                found.push(id);
+            if visited.insert(id) {
+                reachable.push(id);
                 pending.extend(self.node(id).operands());
             }
         }
-        found.sort_unstable();
-        found
+        reachable.sort_unstable();
+        reachable
     }
 
     /// The symbols in an expression, ascending.

@@ -109,8 +109,8 @@ pub struct IntrinsicId(u16);
 impl IntrinsicId {
     /// The function of this name.
     pub fn find(name: &str) -> Option<IntrinsicId> {
-        let at = INTRINSICS.iter().position(|intrinsic| intrinsic.name == name)?;
-        u16::try_from(at).ok().map(IntrinsicId)
+        let position = INTRINSICS.iter().position(|intrinsic| intrinsic.name == name)?;
+        u16::try_from(position).ok().map(IntrinsicId)
     }
 
     /// The entry for a name the compiler itself uses.

@@ -52,8 +52,8 @@ impl<const N: usize> Tape<N> {
     pub fn readers(&self, symbol: Symbol) -> Vec<usize> {
         let mut reads = Vec::with_capacity(self.steps.len());
         for step in &self.steps {
-            let own = *step == Node::Symbol(symbol);
-            reads.push(own || step.operands().any(|operand| reads[operand.index()]));
+            let is_symbol = *step == Node::Symbol(symbol);
+            reads.push(is_symbol || step.operands().any(|operand| reads[operand.index()]));
         }
         (0..reads.len()).filter(|at| reads[*at]).collect()
     }

@@ -93,9 +93,10 @@ impl<'a> Function<'a> {
             names_in(&local.value, &mut names);
         }
         names_in(self.body, &mut names);
-        let own = self.arguments.iter().map(|a| &a.name).chain(self.lets.iter().map(|l| &l.name));
-        let own: Vec<&str> = own.map(|name| name.text.as_str()).collect();
-        names.retain(|name| !own.contains(name));
+        let locals =
+            self.arguments.iter().map(|a| &a.name).chain(self.lets.iter().map(|l| &l.name));
+        let local_names: Vec<&str> = locals.map(|name| name.text.as_str()).collect();
+        names.retain(|name| !local_names.contains(name));
         names
     }
 }
@@ -429,12 +430,12 @@ fn check_function(
             .help("choose another name"),
         );
     }
-    let mut seen = BTreeMap::new();
+    let mut spans_by_name = BTreeMap::new();
     for argument in arguments {
-        unique(&mut seen, &argument.name, "argument", diagnostics);
+        unique(&mut spans_by_name, &argument.name, "argument", diagnostics);
     }
     for (i, local) in lets.iter().enumerate() {
-        unique(&mut seen, &local.name, "value", diagnostics);
+        unique(&mut spans_by_name, &local.name, "value", diagnostics);
         let early = lets[i..]
             .iter()
             .find_map(|later| read_of(&later.name.text, &local.value).map(|place| (later, place)));
@@ -465,13 +466,13 @@ fn labels_of_modes<'a>(
 ) {
     let common = labels.clone();
     for mode in modes {
-        let mut own = common.clone();
+        let mut labels_of_mode = common.clone();
         for item in &mode.items {
             if let ItemKind::Equation { label, .. } = &item.kind {
-                unique(&mut own, label, "equation", diagnostics);
+                unique(&mut labels_of_mode, label, "equation", diagnostics);
             }
         }
-        labels.extend(own);
+        labels.extend(labels_of_mode);
     }
 }
 
@@ -539,10 +540,10 @@ pub(super) fn in_order<'a>(
         .map(|(_, _, value)| {
             let mut pending = Vec::new();
             names_in(value, &mut pending);
-            let mut seen = std::collections::BTreeSet::new();
+            let mut visited = std::collections::BTreeSet::new();
             let mut needed = Vec::new();
             while let Some(name) = pending.pop() {
-                if !seen.insert(name) {
+                if !visited.insert(name) {
                     continue;
                 }
                 needed.extend(position.get(name).copied());
@@ -644,10 +645,11 @@ pub(super) fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
         }
         ExprKind::List(values) => values.iter().for_each(|value| names_in(value, names)),
         ExprKind::Reduce(reduction) => {
-            let mut own = Vec::new();
-            names_in(&reduction.body, &mut own);
-            own.retain(|n| reduction.counters.iter().all(|counter| counter.index.text != *n));
-            names.extend(own);
+            let mut names_in_body = Vec::new();
+            names_in(&reduction.body, &mut names_in_body);
+            names_in_body
+                .retain(|n| reduction.counters.iter().all(|counter| counter.index.text != *n));
+            names.extend(names_in_body);
             for range in reduction.counters.iter().map(|counter| &counter.range) {
                 names_in(&range.lower, names);
                 names_in(&range.upper, names);

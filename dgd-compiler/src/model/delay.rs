@@ -27,12 +27,12 @@ impl<'a> Lowering<'a> {
         let tau = self.lower(tau_expr, arguments, diagnostics);
         let (x, tau) = (x?, tau?);
         if tau.dim.with(Dim::Of(self.scope.second)).is_none() {
-            let found = tau.dim.dimension();
+            let dimension = tau.dim.dimension();
             let message =
-                format!("a delay is a time, but this is {}", self.scope.spelling.being(found));
+                format!("a delay is a time, but this is {}", self.scope.spelling.being(dimension));
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E302, tau_expr.span, message)
-                    .here(self.scope.spelling.this_is(found))
+                    .here(self.scope.spelling.this_is(dimension))
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
         }

@@ -332,16 +332,16 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<ExprId, Reported> {
         let mut chain = |this: &mut Self, parts: &'a [Expr], join: fn(ExprId, ExprId) -> Node| {
-            let mut all: Option<Result<ExprId, Reported>> = None;
+            let mut joined: Option<Result<ExprId, Reported>> = None;
             for part in parts {
                 let part = this.condition(part, arguments, diagnostics);
-                all = Some(match (all, part) {
+                joined = Some(match (joined, part) {
                     (None, part) => part,
                     (Some(Ok(a)), Ok(b)) => Ok(this.graph.intern(join(a, b))),
                     (Some(Err(reported)), _) | (_, Err(reported)) => Err(reported),
                 });
             }
-            all.unwrap_or_else(|| unreachable!("a chain has parts"))
+            joined.unwrap_or_else(|| unreachable!("a chain has parts"))
         };
         match &expr.kind {
             ExprKind::And(parts) => chain(self, parts, Node::And),
@@ -453,10 +453,10 @@ impl<'a> Lowering<'a> {
             );
         }
         // For names that a function reads from outside, the error is reported at the function.
-        let said =
+        let known_error =
             [Code::E201, Code::E206].into_iter().find_map(|code| diagnostics.said(code, span));
-        if let Some(said) = said {
-            return said;
+        if let Some(known_error) = known_error {
+            return known_error;
         }
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
         let near = || diagnostics.suggestion(name, candidates);
@@ -514,8 +514,8 @@ impl<'a> Lowering<'a> {
                 format!("`{name}` takes {expected} {noun}, not {}", list.len()),
             ))
         };
-        let own = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
-        match own {
+        let definition = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
+        match definition {
             Some((Definition::Function(index), place)) => {
                 let declared = self.scope.functions[index];
                 if declared.arguments.len() != list.len() {
@@ -555,13 +555,13 @@ impl<'a> Lowering<'a> {
                         return Err(said);
                     }
                     let known = INTRINSICS.iter().map(|i| i.name);
-                    let own = self.scope.function_names();
+                    let of_model = self.scope.function_names();
                     let mut diagnostic = Diagnostic::new(
                         Code::E203,
                         function.span,
                         format!("there is no function `{name}`"),
                     );
-                    let known = known.chain(own).chain(["der", "delay"]);
+                    let known = known.chain(of_model).chain(["der", "delay"]);
                     if let Some(near) = diagnostics.suggestion(name, known) {
                         diagnostic.help = Some(format!("did you mean `{near}`?"));
                     }
@@ -644,13 +644,13 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<Typed>, Reported> {
         let mut bound = Vec::with_capacity(passed.typed.len());
-        let all = arguments.iter().zip(&passed.typed).zip(&passed.spans);
-        for (((argument, unit), typed), span) in all {
+        let bindings = arguments.iter().zip(&passed.typed).zip(&passed.spans);
+        for (((argument, unit), typed), span) in bindings {
             let mut typed = *typed;
             if let Some(unit) = unit {
                 let wanted = Dim::Of(unit.dimension);
                 if typed.dim.with(wanted).is_none() {
-                    let found = typed.dim.dimension();
+                    let dimension = typed.dim.dimension();
                     return Err(diagnostics.error(
                         Diagnostic::new(
                             Code::E302,
@@ -659,10 +659,10 @@ impl<'a> Lowering<'a> {
                                 "`{called}` takes `{}` in `{}`, not {}",
                                 argument.text,
                                 unit.symbol,
-                                self.scope.spelling.being(found)
+                                self.scope.spelling.being(dimension)
                             ),
                         )
-                        .here(self.scope.spelling.this_is(found))
+                        .here(self.scope.spelling.this_is(dimension))
                         .label(argument.span, format!("declared in `{}`", unit.symbol)),
                     ));
                 }

@@ -73,11 +73,11 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<Transition>, Reported> {
         let from = names.position(&transition.from, diagnostics);
-        let to = names.position(&transition.to, diagnostics);
+        let target = names.position(&transition.to, diagnostics);
         let (conditions, resets) = (&transition.conditions, &transition.resets);
-        let all = self.reactions(transition.span, conditions, resets, diagnostics)?;
-        let (from, to) = (Some(from?), to?);
-        Ok(all.into_iter().map(|one| Transition { from, to, ..one }).collect())
+        let transitions = self.reactions(transition.span, conditions, resets, diagnostics)?;
+        let (from, target) = (Some(from?), target?);
+        Ok(transitions.into_iter().map(|one| Transition { from, to: target, ..one }).collect())
     }
 
     /// A transition from mode 0 to itself for each condition.
@@ -93,16 +93,17 @@ impl<'a> Resolver<'a> {
         let resets = self.resets(resets, diagnostics);
         let sides = sides.into_iter().collect::<Result<Vec<_>, _>>()?;
         let resets = resets?;
-        let all = conditions.iter().zip(sides).map(|(condition, [left, right])| Transition {
-            span,
-            from: Some(0),
-            to: 0,
-            left: left.id,
-            crossing: condition.crossing,
-            right: right.id,
-            resets: resets.clone(),
-        });
-        Ok(all.collect())
+        let transitions =
+            conditions.iter().zip(sides).map(|(condition, [left, right])| Transition {
+                span,
+                from: Some(0),
+                to: 0,
+                left: left.id,
+                crossing: condition.crossing,
+                right: right.id,
+                resets: resets.clone(),
+            });
+        Ok(transitions.collect())
     }
 
     /// Both sides of a condition.
@@ -131,7 +132,7 @@ impl<'a> Resolver<'a> {
         names: &ModeNames<'_>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Transition, Reported> {
-        let to = names.position(mode, diagnostics);
+        let target = names.position(mode, diagnostics);
         let holds = self.lowering.truth(condition, diagnostics)?;
         self.check_start_condition(holds, condition, diagnostics)?;
         let graph = &mut self.lowering.graph;
@@ -139,7 +140,7 @@ impl<'a> Resolver<'a> {
         let left = graph.intern(Node::Select(holds, yes, no));
         let right = graph.constant(0.0);
         let (from, crossing, resets) = (None, Crossing::Rises, Vec::new());
-        Ok(Transition { span: condition.span, from, to: to?, left, crossing, right, resets })
+        Ok(Transition { span: condition.span, from, to: target?, left, crossing, right, resets })
     }
 
     /// Checks that conditions at the start read only start values that are known.
@@ -247,10 +248,10 @@ impl<'a> Resolver<'a> {
         let typed = self.lowering.value(expr, diagnostics)?;
         let Lowering { graph, scope, .. } = &self.lowering;
         if typed.dim.with(Dim::Of(scope.second)).is_none() {
-            let found = typed.dim.dimension();
+            let dimension = typed.dim.dimension();
             let message = format!(
                 "the {what} of an `every` is a time, but this is {}",
-                scope.spelling.being(found)
+                scope.spelling.being(dimension)
             );
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E302, expr.span, message)

@@ -86,9 +86,9 @@ pub fn resolve_noting(
     };
 
     let mut set = options.settings.clone();
-    let own = own_units::all(asts);
-    for setting in set.iter_mut().filter(|_| !own.is_empty()) {
-        own_units::know_in(&mut setting.value, &own);
+    let units = own_units::all(asts);
+    for setting in set.iter_mut().filter(|_| !units.is_empty()) {
+        own_units::know_in(&mut setting.value, &units);
     }
     let asts = own_units::known_where_used(asts, diagnostics);
     let Expanded { asts, parts, .. } = parts::expand(&asts, diagnostics)?;
@@ -177,13 +177,13 @@ fn verify_start(model: &Model, main: Span, diagnostics: &mut Diagnostics) -> Res
 
 /// Parts without duplicates: one may occur in several choices of a variant.
 fn once(parts: Vec<InnerModel>) -> Vec<InnerModel> {
-    let mut all: Vec<InnerModel> = Vec::with_capacity(parts.len());
+    let mut distinct: Vec<InnerModel> = Vec::with_capacity(parts.len());
     for part in parts {
-        if !all.iter().any(|other| other.name == part.name && other.model == part.model) {
-            all.push(part);
+        if !distinct.iter().any(|other| other.name == part.name && other.model == part.model) {
+            distinct.push(part);
         }
     }
-    all
+    distinct
 }
 
 /// Whether a number is a value, including the offset of its unit, or a size.
@@ -226,9 +226,9 @@ impl<'a> Resolver<'a> {
                 ItemKind::Array { name, .. } => {
                     let done = sound.and_then(|()| {
                         let vector = self.vector(name, diagnostics)?;
-                        let all = self.constants_of(item, vector, diagnostics)?;
+                        let constants = self.constants_of(item, vector, diagnostics)?;
                         let place = self.lowering.scope.vectors[vector].place.clone()?;
-                        Ok((place.first..).zip(all))
+                        Ok((place.first..).zip(constants))
                     });
                     for (index, constant) in done.into_iter().flatten() {
                         self.lowering.constants.insert(index, constant.value);
@@ -380,13 +380,13 @@ impl<'a> Resolver<'a> {
                 }
                 ArrayKind::Parameter => {
                     let vector = self.vector(name, diagnostics)?;
-                    let all = self.parameters_of(item, vector, attributes, diagnostics)?;
-                    self.elements.0.extend(all);
+                    let parameters = self.parameters_of(item, vector, attributes, diagnostics)?;
+                    self.elements.0.extend(parameters);
                 }
                 ArrayKind::Input => {
                     let vector = self.vector(name, diagnostics)?;
-                    let all = self.inputs_of(item, vector, attributes, diagnostics)?;
-                    self.elements.1.extend(all);
+                    let inputs = self.inputs_of(item, vector, attributes, diagnostics)?;
+                    self.elements.1.extend(inputs);
                 }
                 ArrayKind::Constant => {}
             },
@@ -486,8 +486,8 @@ impl<'a> Lowering<'a> {
     /// The first relevant symbol that an expression depends on.
     pub(super) fn first_unknown(&self, id: ExprId, matters: impl Fn(Symbol) -> bool) -> String {
         let mut symbols = self.graph.symbols(id).into_iter().filter(|symbol| matters(*symbol));
-        let found = symbols.find_map(|symbol| self.scope.quoted_name(symbol));
-        found.unwrap_or_else(|| "a constant that is in error".to_owned())
+        let name = symbols.find_map(|symbol| self.scope.quoted_name(symbol));
+        name.unwrap_or_else(|| "a constant that is in error".to_owned())
     }
 
     /// A declared value: plain numbers are in the declared unit, anything else must have its dimension. Inside a
@@ -512,7 +512,7 @@ impl<'a> Lowering<'a> {
             return Ok(Typed { id, dim: Dim::Of(unit.dimension) });
         }
         if typed.dim.with(Dim::Of(unit.dimension)).is_none() {
-            let found = typed.dim.dimension();
+            let dimension = typed.dim.dimension();
             return Err(diagnostics.error(
                 Diagnostic::new(
                     Code::E302,
@@ -520,11 +520,11 @@ impl<'a> Lowering<'a> {
                     format!(
                         "declared in `{}`, but the value is {}",
                         unit.symbol,
-                        self.scope.spelling.being(found)
+                        self.scope.spelling.being(dimension)
                     ),
                 )
-                .here(self.scope.spelling.this_is(found))
-                .maybe_help(which_is_meant(found, unit.dimension)),
+                .here(self.scope.spelling.this_is(dimension))
+                .maybe_help(which_is_meant(dimension, unit.dimension)),
             ));
         }
         // A size with a unit of its own: 0.5 °C is half a kelvin.
@@ -533,8 +533,8 @@ impl<'a> Lowering<'a> {
             crate::syntax::ast::ExprKind::Number { value, unit: Some(own), .. },
         ) = (reading, &expr.kind)
         {
-            let own = unit_of(Some(own), diagnostics)?;
-            let id = self.graph.constant(value * own.factor);
+            let unit_of_value = unit_of(Some(own), diagnostics)?;
+            let id = self.graph.constant(value * unit_of_value.factor);
             return Ok(Typed { id, dim: typed.dim });
         }
         Ok(typed)

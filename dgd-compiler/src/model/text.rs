@@ -95,10 +95,10 @@ impl Writer<'_> {
             self.line("  ", &parameter_text(parameter));
         }
         for Smoothness { table, weights, mean, std } in &self.model.smoothness {
-            let of = |(i, weight): &(u32, f64)| {
+            let weighted = |(i, weight): &(u32, f64)| {
                 format!("{} {}", number(*weight), self.model.parameters[*i as usize].declared.name)
             };
-            let sum = weights.iter().map(of).collect::<Vec<_>>().join(" + ");
+            let sum = weights.iter().map(weighted).collect::<Vec<_>>().join(" + ");
             let (mean, std) = (number(*mean), number(*std));
             self.line("  ", &format!("smooth {table}: {sum} ~ normal({mean}, {std})"));
         }
@@ -194,8 +194,8 @@ impl Writer<'_> {
             _ => transition.left,
         };
         let condition = self.shown("      ", condition);
-        let to = &automaton.modes[transition.to].name;
-        self.line("    ", &format!("starts in {to} if {condition}"));
+        let target = &automaton.modes[transition.to].name;
+        self.line("    ", &format!("starts in {target} if {condition}"));
     }
 
     fn transition(&mut self, automaton: &Automaton, from: usize, transition: &Transition) {

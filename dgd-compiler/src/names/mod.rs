@@ -124,10 +124,10 @@ impl Scope {
 
     /// The symbol that expressions read by a name, or else an output, a variant or an argument of that name.
     fn any(&self, name: &str) -> Option<SymbolId> {
-        let found = [&self.values, &self.slots, &self.outputs, &self.variants]
+        let symbol = [&self.values, &self.slots, &self.outputs, &self.variants]
             .into_iter()
             .find_map(|names| names.get(name));
-        found.copied()
+        symbol.copied()
     }
 }
 
@@ -184,40 +184,40 @@ impl Names {
     pub fn readable_in(&self, source: SourceId) -> Vec<SymbolId> {
         let others = self.seen.get(&source).into_iter().flatten();
         let scopes = std::iter::once(&source).chain(others).filter_map(|id| self.scopes.get(id));
-        let mut all = Vec::new();
+        let mut symbols = Vec::new();
         for scope in scopes {
-            all.extend(scope.values.values().chain(scope.slots.values()));
-            all.extend(scope.parts.values().map(|(id, _)| id));
+            symbols.extend(scope.values.values().chain(scope.slots.values()));
+            symbols.extend(scope.parts.values().map(|(id, _)| id));
         }
-        all
+        symbols
     }
 
     /// All declarations of a file and of those that it sees, including labels of equations and outputs.
     pub fn in_sight_of(&self, source: SourceId) -> Vec<SymbolId> {
         let others = self.seen.get(&source).into_iter().flatten();
         let scopes = std::iter::once(&source).chain(others).filter_map(|id| self.scopes.get(id));
-        let mut all = self.readable_in(source);
+        let mut symbols = self.readable_in(source);
         for scope in scopes {
-            all.extend(scope.equations.values().chain(scope.outputs.values()));
-            all.extend(scope.variants.values());
+            symbols.extend(scope.equations.values().chain(scope.outputs.values()));
+            symbols.extend(scope.variants.values());
         }
-        all
+        symbols
     }
 
     /// Names that can follow a part's name and a point.
     pub fn members_of(&self, source: SourceId, part: &str) -> Vec<SymbolId> {
         let Some(scope) = self.model_of_part(source, part) else { return Vec::new() };
-        let own = scope.values.values().chain(scope.outputs.values());
-        own.chain(scope.parts.values().map(|(id, _)| id)).copied().collect()
+        let members = scope.values.values().chain(scope.outputs.values());
+        members.chain(scope.parts.values().map(|(id, _)| id)).copied().collect()
     }
 
     /// The scope of a part's model; `well.pump` is a part of a part.
     fn model_of_part(&self, source: SourceId, part: &str) -> Option<&Scope> {
-        let seen = self.seen.get(&source).into_iter().flatten();
-        let mut scope =
-            std::iter::once(&source).chain(seen).filter_map(|id| self.scopes.get(id)).find(
-                |scope| part.split('.').next().is_some_and(|p| scope.parts.contains_key(p)),
-            )?;
+        let seen_files = self.seen.get(&source).into_iter().flatten();
+        let mut scope = std::iter::once(&source)
+            .chain(seen_files)
+            .filter_map(|id| self.scopes.get(id))
+            .find(|scope| part.split('.').next().is_some_and(|p| scope.parts.contains_key(p)))?;
         for part in part.split('.') {
             let (_, model) = scope.parts.get(part)?;
             scope = self.scopes.values().find(|scope| self.is_model(scope, model))?;

@@ -34,17 +34,17 @@ impl Reader<'_> {
 
     /// The first match in the scopes of the file itself and the files that it sees.
     fn find(&self, in_scope: impl Fn(&Scope) -> Option<SymbolId>) -> Option<SymbolId> {
-        let seen = self.names.seen.get(&self.source).into_iter().flatten();
-        let mut all = std::iter::once(&self.source).chain(seen);
-        all.find_map(|id| self.names.scopes.get(id).and_then(&in_scope))
+        let seen_files = self.names.seen.get(&self.source).into_iter().flatten();
+        let mut seen_and_own = std::iter::once(&self.source).chain(seen_files);
+        seen_and_own.find_map(|id| self.names.scopes.get(id).and_then(&in_scope))
     }
 
     /// Records a name that an expression reads.
     fn value(&mut self, text: &str, span: Span) {
         let local = self.locals.iter().rev().find(|(name, _)| name == text);
-        let found = local.map(|(_, symbol)| *symbol);
-        let found = found.or_else(|| self.find(|scope| scope.value(text)));
-        match found.or_else(|| self.find(|scope| scope.any(text))) {
+        let local_symbol = local.map(|(_, symbol)| *symbol);
+        let readable = local_symbol.or_else(|| self.find(|scope| scope.value(text)));
+        match readable.or_else(|| self.find(|scope| scope.any(text))) {
             Some(symbol) => self.reads(symbol, span),
             None => self.member(text, span, Scope::any),
         }
@@ -85,15 +85,15 @@ impl Reader<'_> {
     fn segments(&self, span: Span) -> Vec<Span> {
         let text = self.sources.text(span);
         let mut start = span.start;
-        let mut all = Vec::new();
+        let mut spans = Vec::new();
         for word in text.split('.') {
             let blanks = (word.len() - word.trim_start().len()) as u32;
             let begin = start + blanks;
             let end = begin + word.trim().len() as u32;
-            all.push(Span { source: span.source, start: begin, end });
+            spans.push(Span { source: span.source, start: begin, end });
             start += word.len() as u32 + 1;
         }
-        all
+        spans
     }
 
     fn output(&mut self, name: &Name) {
@@ -107,8 +107,8 @@ impl Reader<'_> {
     fn equation(&mut self, label: &Name) {
         let text = label.text.as_str();
         let slot = |scope: &Scope| scope.slots.get(text).copied();
-        let own = |scope: &Scope| scope.equations.get(text).copied();
-        match self.find(slot).or_else(|| self.find(own)) {
+        let equation = |scope: &Scope| scope.equations.get(text).copied();
+        match self.find(slot).or_else(|| self.find(equation)) {
             Some(symbol) => self.reads(symbol, label.span),
             None => self.member(text, label.span, |scope, name| scope.equations.get(name).copied()),
         }
@@ -180,15 +180,15 @@ impl Reader<'_> {
     fn indices_behind(&mut self, name: &Name) {
         let text = &self.sources.get(name.span.source).text;
         let mut begin = name.span.end as usize;
-        let mut found = Vec::new();
+        let mut spans = Vec::new();
         while let Some(inside) =
             text[begin..].strip_prefix('[').and_then(|rest| rest.split(']').next())
         {
             let start = begin + 1 + (inside.len() - inside.trim_start().len());
-            found.push((inside.trim().to_owned(), start as u32));
+            spans.push((inside.trim().to_owned(), start as u32));
             begin += inside.len() + 2;
         }
-        for (index, start) in found {
+        for (index, start) in spans {
             let end = start + index.len() as u32;
             self.value(&index, Span { source: name.span.source, start, end });
         }

@@ -86,8 +86,8 @@ impl Written<'_> {
     ) -> Result<Item, Diagnostic> {
         let Written { item, input, indices, value, counters } = *self;
         let n = socket.axes.len();
-        let given = indices.len() + counters.len();
-        if given != n && given > 0 {
+        let n_indices = indices.len() + counters.len();
+        if n_indices != n && n_indices > 0 {
             let (message, help) = match n {
                 0 => (
                     format!("input `{}` is not an array", input.text),
@@ -104,7 +104,7 @@ impl Written<'_> {
             };
             return Err(Diagnostic::new(Code::E232, input.span, message).help(help));
         }
-        let is_whole = given == 0 && n > 0;
+        let is_whole = n_indices == 0 && n > 0;
         let kind = if is_in_pieces && !is_whole {
             let label = Name { text: self.label(), span: input.span };
             let of_loop = counters.iter().map(|counter| Expr {

@@ -126,24 +126,24 @@ impl<'a, 'd> Expansion<'a, 'd> {
     fn model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Result<ExpandedModel, Reported> {
         let outer = std::mem::take(self.diagnostics);
         let whole = self.sound_model(ast, visible);
-        let own = std::mem::replace(self.diagnostics, outer);
-        for diagnostic in own.sorted() {
+        let problems = std::mem::replace(self.diagnostics, outer);
+        for diagnostic in problems.sorted() {
             self.diagnostics.error(diagnostic.clone());
         }
-        own.check().map(|()| whole)
+        problems.check().map(|()| whole)
     }
 
     /// [`Self::model`] after its checks.
     fn sound_model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> ExpandedModel {
-        let mut own = ast.items.clone();
+        let mut items = ast.items.clone();
         let is_main = self.open.is_empty();
         self.open.push(ast);
         if !is_main {
             let mut names = self.foreign_names(visible);
-            for (namespace, name) in declared(&mut own) {
+            for (namespace, name) in declared(&mut items) {
                 names.insert(namespace, name.clone(), name);
             }
-            for item in &mut own {
+            for item in &mut items {
                 names.rename_item(item);
             }
         }
@@ -152,10 +152,10 @@ impl<'a, 'd> Expansion<'a, 'd> {
             ..ExpandedModel::default()
         };
         let (mut parts, mut bindings) = (Vec::new(), Vec::new());
-        collect(&own, &mut Path::new(), &mut parts, &mut bindings);
+        collect(&items, &mut Path::new(), &mut parts, &mut bindings);
         let in_pieces = binding::in_pieces(&bindings);
-        let taken = taken_by(&own, visible);
-        self.verify_parts(&own, &parts);
+        let taken = taken_by(&items, visible);
+        self.verify_parts(&items, &parts);
         let placed: Vec<Placed<'_>> = parts
             .into_iter()
             .map(|written| {
@@ -175,7 +175,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         let n_items = |placed: &Placed<'_>| placed.instance.as_ref().map_or(0, |i| i.items.len());
         whole.lengths = placed.iter().map(n_items).collect();
         let mut used = 0;
-        whole.items = self.in_place(&own, &mut Path::new(), &placed, &mut used);
+        whole.items = self.in_place(&items, &mut Path::new(), &placed, &mut used);
         visit::items(&whole.items, &mut |item| whole.size += EVERY_ITEM + length(item.span));
         if !is_main && self.diagnostics.check().is_ok() {
             verify_names(&mut whole.items, ast, visible, &self.library_names, self.diagnostics);
@@ -291,19 +291,19 @@ impl<'a, 'd> Expansion<'a, 'd> {
         placed: &[Placed<'_>],
         used: &mut usize,
     ) -> Vec<Item> {
-        let mut all = Vec::with_capacity(items.len());
+        let mut replaced = Vec::with_capacity(items.len());
         for item in items {
             match &item.kind {
                 ItemKind::Part { .. } => {
                     if let Ok(instance) = &placed[*used].instance {
-                        all.extend(instance.items.iter().cloned());
+                        replaced.extend(instance.items.iter().cloned());
                     }
                     *used += 1;
                 }
                 ItemKind::Binding { input, indices, value } => {
                     let counters: &[Counter] = &[];
                     let written = Binding { item, input, indices, value, counters };
-                    all.extend(self.bound(&written, path, placed));
+                    replaced.extend(self.bound(&written, path, placed));
                 }
                 ItemKind::For { counters, items } => {
                     let one = |item: &Item| match &item.kind {
@@ -315,7 +315,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
                     };
                     let items = items.iter().filter_map(one).collect();
                     let kind = ItemKind::For { counters: counters.clone(), items };
-                    all.push(Item { kind, ..item.clone() });
+                    replaced.push(Item { kind, ..item.clone() });
                 }
                 ItemKind::Variant { name, choices } => {
                     let mut choices = choices.clone();
@@ -325,12 +325,12 @@ impl<'a, 'd> Expansion<'a, 'd> {
                         path.pop();
                     }
                     let kind = ItemKind::Variant { name: name.clone(), choices };
-                    all.push(Item { kind, ..item.clone() });
+                    replaced.push(Item { kind, ..item.clone() });
                 }
-                _ => all.push(item.clone()),
+                _ => replaced.push(item.clone()),
             }
         }
-        all
+        replaced
     }
 
     /// The item that replaces a binding, if that is valid.
@@ -354,9 +354,9 @@ impl<'a, 'd> Expansion<'a, 'd> {
         placed: &[Placed<'_>],
     ) -> Result<Socket, Reported> {
         let (part, _) = input.text.split_once('.').unwrap_or((&input.text, ""));
-        let mut of = placed.iter().filter(|p| p.written.name.text == part);
-        let found = of.find(|p| agree(&p.written.path, path));
-        let Some(Placed { written, instance }) = found else {
+        let mut candidates = placed.iter().filter(|p| p.written.name.text == part);
+        let found_part = candidates.find(|p| agree(&p.written.path, path));
+        let Some(Placed { written, instance }) = found_part else {
             let message = format!("there is no part `{part}`");
             let known = placed.iter().map(|p| p.written.name.text.as_str());
             let help = match suggestion(part, known) {
@@ -437,26 +437,26 @@ pub(super) fn agree(a: &Path, b: &Path) -> bool {
 
 /// Names that items declare.
 pub(super) fn declared(items: &mut [Item]) -> Vec<(Namespace, String)> {
-    let mut all = Vec::new();
+    let mut names = Vec::new();
     for item in items {
         visit::parts_mut(item, &mut |part| {
             if let Part::Declares(namespace, name) = part {
-                all.push((namespace, name.text.clone()));
+                names.push((namespace, name.text.clone()));
             }
         });
     }
-    all
+    names
 }
 
 /// Names that can be read, with their places.
 fn values(items: &[Item]) -> BTreeMap<String, Span> {
-    let mut all = BTreeMap::new();
+    let mut names = BTreeMap::new();
     visit::items(items, &mut |item| {
         if let Some(name) = item.kind.value_name() {
-            all.entry(name.text.clone()).or_insert(name.span);
+            names.entry(name.text.clone()).or_insert(name.span);
         }
     });
-    all
+    names
 }
 
 /// Names declared by a model and the libraries that it sees; no index may have one.

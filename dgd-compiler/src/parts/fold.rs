@@ -46,8 +46,8 @@ impl Folding<'_> {
                     changed.insert(name.text.clone());
                 }
                 ItemKind::Variant { choices, .. } => {
-                    let all = choices.iter().zip(choices_of(old)).zip(choices_of(new));
-                    for ((choice, old), new) in all {
+                    let triples = choices.iter().zip(choices_of(old)).zip(choices_of(new));
+                    for ((choice, old), new) in triples {
                         self.changes(&choice.items, old, new, changed);
                     }
                 }
@@ -58,15 +58,15 @@ impl Folding<'_> {
 
     /// The items in source form; the additions of effects that follow them are unchanged.
     fn fold(&mut self, written: &[Item], mut after: &[Item]) -> Vec<Item> {
-        let mut all = Vec::with_capacity(written.len());
+        let mut folded = Vec::with_capacity(written.len());
         for item in written {
             let n = self.length(item);
             let new = split(&mut after, n);
             match (&item.kind, new) {
                 (ItemKind::Part { name, .. }, _) if !self.changed.contains(&name.text) => {
-                    all.push(item.clone());
+                    folded.push(item.clone());
                 }
-                (ItemKind::Binding { .. }, [new]) => all.push(self.binding(item, new)),
+                (ItemKind::Binding { .. }, [new]) => folded.push(self.binding(item, new)),
                 (
                     ItemKind::For { items: written, .. },
                     [new @ Item { kind: ItemKind::For { counters, items }, .. }],
@@ -74,7 +74,7 @@ impl Folding<'_> {
                     let items =
                         written.iter().zip(items).map(|(item, new)| self.binding(item, new));
                     let kind = ItemKind::For { counters: counters.clone(), items: items.collect() };
-                    all.push(Item { kind, ..new.clone() });
+                    folded.push(Item { kind, ..new.clone() });
                 }
                 (
                     ItemKind::Variant { choices: written, .. },
@@ -85,13 +85,13 @@ impl Folding<'_> {
                         choice.items = self.fold(&written.items, &choice.items);
                     }
                     let kind = ItemKind::Variant { name: name.clone(), choices };
-                    all.push(Item { kind, ..item.clone() });
+                    folded.push(Item { kind, ..item.clone() });
                 }
-                _ => all.extend(new.iter().cloned()),
+                _ => folded.extend(new.iter().cloned()),
             }
         }
-        all.extend(after.iter().cloned());
-        all
+        folded.extend(after.iter().cloned());
+        folded
     }
 
     /// Number of expanded items for one item.

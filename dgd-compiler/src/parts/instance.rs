@@ -56,12 +56,12 @@ pub(super) fn instance(
     outputs_as_values(&mut items, &values);
     let several = Several::new(part, axes, &mut items, taken);
     let mut differing = BTreeSet::new();
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     for (i, argument) in arguments.iter().enumerate() {
         let same = |other: &&PartArgument| other.name.text == argument.name.text;
         if let Some(first) = arguments[..i].iter().find(same) {
             let message = format!("`{}` is given twice", argument.name.text);
-            own.error(
+            problems.error(
                 Diagnostic::new(Code::E202, argument.name.span, message)
                     .label(first.name.span, "first here"),
             );
@@ -70,36 +70,36 @@ pub(super) fn instance(
         if inputs.contains_key(&name) {
             let message = format!("`{}` is an input of `{}`", argument.name.text, model.text);
             let help = format!("bind it in a line of its own: `{name} = …`");
-            own.error(Diagnostic::new(Code::E205, argument.name.span, message).help(help));
+            problems.error(Diagnostic::new(Code::E205, argument.name.span, message).help(help));
         } else {
-            let given = several.argument(argument);
-            match give(&mut items, &name, &given, model, set) {
-                Ok(()) if several.differs(&given.value, is_array(&items, &name)) => {
+            let written = several.argument(argument);
+            match give(&mut items, &name, &written, model, set) {
+                Ok(()) if several.differs(&written.value, is_array(&items, &name)) => {
                     differing.insert(name);
                 }
                 Ok(()) => {}
                 Err(diagnostic) => {
-                    own.error(*diagnostic);
+                    problems.error(*diagnostic);
                 }
             }
         }
     }
-    if !several.is_one() && own.check().is_ok() {
+    if !several.is_one() && problems.check().is_ok() {
         match several.spread(items, part, differing) {
             Ok(spread) => items = spread,
             Err(mistakes) => {
                 items = Vec::new();
                 for mistake in mistakes {
-                    own.error(mistake);
+                    problems.error(mistake);
                 }
             }
         }
         inputs = inputs_of(part, &items);
     }
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
     Ok(Instance { items, inputs, values })
 }
 
@@ -187,7 +187,7 @@ fn give(
 ) -> Result<(), Box<Diagnostic>> {
     let mut settable: Vec<String> = Vec::new();
     let mut other = None;
-    let mut given = None;
+    let mut given_kind = None;
     visit::items_mut(items, &mut |item| match &mut item.kind {
         ItemKind::Constant { name: own, value, .. }
         | ItemKind::Parameter { name: own, value, .. }
@@ -196,21 +196,21 @@ fn give(
             if own.text == name {
                 *value = argument.value.clone();
                 set.insert(name.to_owned());
-                given = Some(Ok(()));
+                given_kind = Some(Ok(()));
             }
         }
         ItemKind::Unknown { name: own, start, .. } | ItemKind::Array { name: own, start, .. } => {
             settable.push(own.text.clone());
             if own.text == name {
                 *start = Some(argument.value.clone());
-                given = Some(Ok(()));
+                given_kind = Some(Ok(()));
             }
         }
         ItemKind::Variant { name: own, choices } => {
             settable.push(own.text.clone());
             // A value of that name takes precedence.
-            if own.text == name && given.is_none() {
-                given = Some(choose(choices, name, &argument.value));
+            if own.text == name && given_kind.is_none() {
+                given_kind = Some(choose(choices, name, &argument.value));
             }
         }
         ItemKind::Let { name: own, .. }
@@ -232,23 +232,23 @@ fn give(
         | ItemKind::Part { .. }
         | ItemKind::Binding { .. } => {}
     });
-    if let Some(given) = given {
-        return given;
+    if let Some(given_kind) = given_kind {
+        return given_kind;
     }
-    let own = &argument.name;
+    let argument_name = &argument.name;
     if let Some(place) = other {
-        let message = format!("`{}` cannot be given a value", own.text);
+        let message = format!("`{}` cannot be given a value", argument_name.text);
         return Err(Box::new(
-            Diagnostic::new(Code::E205, own.span, message)
+            Diagnostic::new(Code::E205, argument_name.span, message)
                 .label(place, "it is worked out here")
                 .help("a constant, a parameter, the start value of a state or a variant can"),
         ));
     }
-    let message = format!("model `{}` has no `{}`", model.text, own.text);
-    let prefix = name.len() - own.text.len();
+    let message = format!("model `{}` has no `{}`", model.text, argument_name.text);
+    let prefix = name.len() - argument_name.text.len();
     let known = settable.iter().map(|name| &name[prefix..]);
-    let near = suggestion(&own.text, known).map(|near| format!("did you mean `{near}`?"));
-    Err(Box::new(Diagnostic::new(Code::E201, own.span, message).maybe_help(near)))
+    let near = suggestion(&argument_name.text, known).map(|near| format!("did you mean `{near}`?"));
+    Err(Box::new(Diagnostic::new(Code::E201, argument_name.span, message).maybe_help(near)))
 }
 
 /// Makes a choice the first, and so the default.

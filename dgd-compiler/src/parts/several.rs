@@ -182,15 +182,15 @@ impl Spreading<'_> {
                 };
                 let (each, same): (Vec<Item>, Vec<Item>) = items.into_iter().partition(is_each);
                 let each: Vec<Item> = each.into_iter().map(|item| self.indexed(item)).collect();
-                let mut all = Vec::new();
+                let mut bounds = Vec::new();
                 if !same.is_empty() {
                     let kind = ItemKind::For { counters: counters.clone(), items: same };
-                    all.extend(with(kind));
+                    bounds.extend(with(kind));
                 }
                 if !each.is_empty() {
-                    all.push(self.in_loop(&counters, each, span));
+                    bounds.push(self.in_loop(&counters, each, span));
                 }
-                all
+                bounds
             }
             ItemKind::Unknown { declared, name, unit, start, attributes } => {
                 let declared = declared.of_elements();
@@ -354,8 +354,9 @@ impl Spreading<'_> {
         }
         if let Some(differs) = read.intersection(self.each).next() {
             let part = &self.part.text;
-            let own = &name.text;
-            let message = format!("{what} `{own}` reads `{differs}`, which differs among `{part}`");
+            let name_text = &name.text;
+            let message =
+                format!("{what} `{name_text}` reads `{differs}`, which differs among `{part}`");
             self.mistakes.push(
                 Diagnostic::new(Code::E232, self.part.span, message)
                     .label(name.span, "one for all of them")

@@ -44,8 +44,8 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
             ItemKind::Let { name, value, .. } => (name, Kind::Definition, vec![value], Vec::new()),
             ItemKind::Function { name, arguments, lets, body } => {
                 let of_lets = lets.iter().map(|local| &local.value);
-                let all = of_lets.chain([body]).collect();
-                (name, Kind::Definition, all, visit::locals(arguments, lets))
+                let expressions = of_lets.chain([body]).collect();
+                (name, Kind::Definition, expressions, visit::locals(arguments, lets))
             }
             ItemKind::Table { name, points, .. } => {
                 (name, Kind::Definition, points.expressions(), Vec::new())
@@ -107,13 +107,13 @@ fn reached(
             users.entry(read).or_default().push(name);
         }
     }
-    let mut all = BTreeSet::new();
+    let mut names = BTreeSet::new();
     while let Some(name) = pending.pop() {
         pending.extend(users.get(name.as_str()).into_iter().flatten().map(|&u| u.to_owned()));
         users.remove(name.as_str());
-        all.insert(name);
+        names.insert(name);
     }
-    all
+    names
 }
 
 fn make_let(item: &mut Item, tied: &BTreeSet<String>) {

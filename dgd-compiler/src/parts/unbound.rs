@@ -95,14 +95,14 @@ pub(crate) fn leave_out_unread_inputs(
         unread.retain(|name| !columns.iter().any(|column| is_of(column, name)));
         return reads.leave_out(unread, items);
     }
-    let mut all: Vec<&Item> = Vec::new();
+    let mut chosen: Vec<&Item> = Vec::new();
     visit::items(&main.items, &mut |item| {
         if !has_choices(item) {
-            all.push(item);
+            chosen.push(item);
         }
     });
     // An input that no choice reads is kept for display.
-    let anywhere = Dependencies::of(&all, |_| true).needed;
+    let anywhere = Dependencies::of(&chosen, |_| true).needed;
     unread.retain(|name| anywhere.contains(name));
     reads.leave_out(unread, items);
 }
@@ -178,15 +178,15 @@ impl Dependencies {
     fn users(&self, mut names: BTreeSet<String>) -> BTreeSet<String> {
         loop {
             let users = self.values.iter().filter(|(_, reads)| !reads.is_disjoint(&names));
-            let found: Vec<String> = users
+            let added: Vec<String> = users
                 .map(|(name, _)| name)
                 .filter(|name| !names.contains(*name))
                 .cloned()
                 .collect();
-            if found.is_empty() {
+            if added.is_empty() {
                 return names;
             }
-            names.extend(found);
+            names.extend(added);
         }
     }
 }
@@ -235,8 +235,8 @@ fn choice_with<'a>(items: &'a [Item], input: &str) -> Option<(&'a str, &'a str)>
             let is_there = choice.items.iter().any(
                 |item| matches!(&item.kind, ItemKind::Input { name, .. } if name.text == input),
             );
-            let own = is_there.then_some((name.text.as_str(), choice.name.text.as_str()));
-            own.or_else(|| choice_with(&choice.items, input))
+            let pair = is_there.then_some((name.text.as_str(), choice.name.text.as_str()));
+            pair.or_else(|| choice_with(&choice.items, input))
         })
     })
 }

@@ -45,7 +45,7 @@ pub(super) fn verify_names(
         .into_iter()
         .filter_map(|(namespace, name)| (namespace == Namespace::Output).then_some(name))
         .collect();
-    let mut found: Vec<(String, Span, bool)> = Vec::new();
+    let mut names: Vec<(String, Span, bool)> = Vec::new();
     for item in items.iter_mut() {
         visit::parts_mut(item, &mut |part| {
             let Part::Expr(place, expr) = part else { return };
@@ -58,10 +58,10 @@ pub(super) fn verify_names(
                 }
                 _ => Vec::new(),
             };
-            unknown(expr, ast.source, &known, &hidden, &mut found);
+            unknown(expr, ast.source, &known, &hidden, &mut names);
         });
     }
-    for (name, span, is_call) in found {
+    for (name, span, is_call) in names {
         let message = match (is_call, outputs.contains(&name)) {
             (true, _) => format!("there is no function `{name}`"),
             (false, true) => {

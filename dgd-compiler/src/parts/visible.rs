@@ -38,12 +38,12 @@ impl<'a> Files<'a> {
         if let Some(header) = &of.model {
             visible.models.insert(&header.name.text, of);
         }
-        let mut seen = BTreeSet::from([of.source]);
+        let mut visited = BTreeSet::from([of.source]);
         let mut pending: Vec<&'a Ast> = vec![of];
         let mut next = 0;
         while let Some(file) = pending.get(next) {
             next += 1;
-            for source in file.imports.iter().filter(|source| seen.insert(**source)) {
+            for source in file.imports.iter().filter(|source| visited.insert(**source)) {
                 let Some(ast) = self.get(*source) else { continue };
                 match &ast.model {
                     Some(header) => {
@@ -87,8 +87,8 @@ impl<'a> Files<'a> {
                 }
                 let stem = stem(path);
                 let numbered = (2..).map(|n| format!("{stem}_{n}"));
-                let mut all = std::iter::once(stem.clone()).chain(numbered);
-                let free = all.find(|name| !taken.contains(name));
+                let mut candidates = std::iter::once(stem.clone()).chain(numbered);
+                let free = candidates.find(|name| !taken.contains(name));
                 let name = free.unwrap_or_else(|| unreachable!("numbers do not end"));
                 taken.insert(name.clone());
                 names.insert(*source, name);

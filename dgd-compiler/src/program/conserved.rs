@@ -44,38 +44,38 @@ pub(super) fn conserved(dae: &Dae) -> Vec<Conserved> {
     let mut graph = dae.graph.clone();
     let mut known = BTreeMap::new();
     let mut reduced: Vec<(Monomial, Combination)> = Vec::new();
-    let mut found: Vec<BTreeMap<usize, f64>> = Vec::new();
+    let mut sums: Vec<BTreeMap<usize, f64>> = Vec::new();
     for (unknown, row) in rows(dae, &mut graph) {
         let rest = sum_of(&graph, row, &mut known);
-        let mut own = Combination { rest, of: BTreeMap::from([(unknown, 1.0)]) };
+        let mut combination = Combination { rest, of: BTreeMap::from([(unknown, 1.0)]) };
         for (pivot, other) in &reduced {
-            if let Some(share) = own.rest.get(pivot).copied() {
-                own.subtract(other, share / other.rest[pivot]);
-                own.rest.remove(pivot);
+            if let Some(share) = combination.rest.get(pivot).copied() {
+                combination.subtract(other, share / other.rest[pivot]);
+                combination.rest.remove(pivot);
             }
         }
-        let largest = own.rest.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let largest = combination.rest.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         match largest.map(|(monomial, _)| monomial.clone()) {
-            Some(pivot) => reduced.push((pivot, own)),
-            None => found.push(own.of),
+            Some(pivot) => reduced.push((pivot, combination)),
+            None => sums.push(combination.of),
         }
     }
     // Each keeps an unknown that occurs in no other.
-    for k in 0..found.len() {
-        let Some((name, share)) = largest(&found[k]) else { continue };
-        found[k].values_mut().for_each(|c| *c /= share);
-        let own = found[k].clone();
-        for (other, combination) in found.iter_mut().enumerate() {
+    for k in 0..sums.len() {
+        let Some((name, share)) = largest(&sums[k]) else { continue };
+        sums[k].values_mut().for_each(|c| *c /= share);
+        let reduced = sums[k].clone();
+        for (other, combination) in sums.iter_mut().enumerate() {
             if other != k
                 && let Some(share) = combination.get(&name).copied()
             {
-                add(combination, &own, -share);
+                add(combination, &reduced, -share);
                 combination.remove(&name);
             }
         }
     }
-    found.retain(|combination| combination.len() > 1);
-    found.into_iter().map(|terms| Conserved { terms: terms.into_iter().collect() }).collect()
+    sums.retain(|combination| combination.len() > 1);
+    sums.into_iter().map(|terms| Conserved { terms: terms.into_iter().collect() }).collect()
 }
 
 /// The weight of largest magnitude, the first of ties.

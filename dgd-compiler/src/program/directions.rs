@@ -48,10 +48,10 @@ pub fn choose(
         Directions::All => (0..dae.parameters.len()).map(Direction::Parameter).collect(),
         Directions::Named(names) => named(dae, names, diagnostics),
         Directions::Estimated { free, fixed } => {
-            let found = named(dae, free, diagnostics);
+            let directions = named(dae, free, diagnostics);
             let fixed = named(dae, fixed, diagnostics);
             refuse_starts(dae, free, diagnostics);
-            estimated(dae, &found, &fixed)
+            estimated(dae, &directions, &fixed)
         }
         Directions::Tracked { free, fixed } => {
             let free = named(dae, free, diagnostics);
@@ -125,11 +125,11 @@ fn tracked(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Direction>
 
 /// The parameters among `free`; if there are none, all that are not `fixed`.
 fn free_parameters(dae: &Dae, free: &[Direction]) -> impl Iterator<Item = Direction> {
-    let asked = free.iter().any(|of| matches!(of, Direction::Parameter(_)));
+    let is_named = free.iter().any(|of| matches!(of, Direction::Parameter(_)));
     let parameters = dae.parameters.iter().enumerate();
     parameters
         .map(|(i, parameter)| (Direction::Parameter(i), parameter.fixed))
-        .filter(move |(of, is_fixed)| if asked { free.contains(of) } else { !is_fixed })
+        .filter(move |(of, is_fixed)| if is_named { free.contains(of) } else { !is_fixed })
         .map(|(of, _)| of)
 }
 
@@ -141,23 +141,23 @@ fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direct
             let rest = own.strip_prefix(name);
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
         };
-        let all = dae.parameters.iter().enumerate();
-        let all = all.filter(|(_, parameter)| is_it(&parameter.declared.name));
-        all.map(|(i, _)| Direction::Parameter(i)).collect()
+        let numbered = dae.parameters.iter().enumerate();
+        let matching = numbered.filter(|(_, parameter)| is_it(&parameter.declared.name));
+        matching.map(|(i, _)| Direction::Parameter(i)).collect()
     };
     let mut chosen: Vec<Direction> = Vec::with_capacity(names.len());
     for Name { text, span } in names {
-        let mut found = parameters(text);
-        if found.is_empty() {
+        let mut directions = parameters(text);
+        if directions.is_empty() {
             let states = dae.positions(text).into_iter().filter(|i| dae.is_differential(*i));
-            found.extend(states.map(Direction::Start));
+            directions.extend(states.map(Direction::Start));
         }
-        if found.is_empty() {
+        if directions.is_empty() {
             let message = format!("there is no parameter and no state `{text}`");
             let help = what_there_is(dae, text);
             diagnostics.error(Diagnostic::new(Code::E201, *span, message).help(help));
         }
-        for direction in found {
+        for direction in directions {
             if !chosen.contains(&direction) {
                 chosen.push(direction);
             }

@@ -248,12 +248,12 @@ impl<'a> Derivation<'a> {
     fn histories(&mut self) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
         let dae = self.dae;
-        let of = |late: &dae::DelayedUnknown| {
+        let past = |late: &dae::DelayedUnknown| {
             let (history, row) = dae.history(dae::position(late.unknown))?;
             Some(dae::row_of(&mut self.graph, history, row))
         };
-        let all: Vec<Option<ExprId>> = dae.delayed_unknowns.iter().map(of).collect();
-        all.into_iter().map(|history| history.unwrap_or(zero)).collect()
+        let histories: Vec<Option<ExprId>> = dae.delayed_unknowns.iter().map(past).collect();
+        histories.into_iter().map(|history| history.unwrap_or(zero)).collect()
     }
 
     /// r, the residuals of the start equations.
@@ -520,13 +520,13 @@ impl<'a> Derivation<'a> {
         derive: impl Fn(&mut Self, ExprId) -> Vec<(usize, ExprId)>,
     ) -> Vec<Vec<(usize, ExprId)>> {
         let directions = self.directions;
-        let all = self.f();
-        let n = all.len();
+        let rhs = self.f();
+        let n = rhs.len();
         let mut rows = vec![Vec::new(); n * directions.len()];
         if directions.is_empty() {
             return rows;
         }
-        for (i, f) in all.into_iter().enumerate() {
+        for (i, f) in rhs.into_iter().enumerate() {
             let mut by_unknown = Vec::new();
             for (k, slope) in self.gradient(f, &unknown) {
                 by_unknown.push((k, derive(self, slope)));
@@ -636,13 +636,13 @@ impl<'a> Derivation<'a> {
     /// A delayed input v(t) = u(t − τ) depends on θ through its delay: ∂v/∂θ = −v̇ ∂τ/∂θ.
     fn by_direction(&mut self, expression: ExprId) -> Vec<(usize, ExprId)> {
         let directions = self.directions;
-        let own = self.own_directions(expression);
+        let direct = self.own_directions(expression);
         let nothing_is_late =
             self.dae.delayed_inputs.is_empty() && self.dae.delayed_unknowns.is_empty();
         if nothing_is_late || directions.is_empty() {
-            return own;
+            return direct;
         }
-        let mut sums: BTreeMap<usize, ExprId> = own.into_iter().collect();
+        let mut sums: BTreeMap<usize, ExprId> = direct.into_iter().collect();
         self.add_past_sensitivities(expression, &mut sums);
         let declared = self.dae.inputs.len();
         let n_late = self.dae.delayed_inputs.len();
@@ -673,17 +673,17 @@ impl<'a> Derivation<'a> {
             .collect();
         let single = direction(directions);
         let n = directions.len();
-        let found = self.gradient(expression, &|symbol| match symbol {
+        let slopes = self.gradient(expression, &|symbol| match symbol {
             Symbol::SweptParameter(first, count) => {
                 swept.iter().position(|other| *other == (first, count)).map(|at| n + at)
             }
             other => single(other),
         });
         if swept.is_empty() {
-            return found;
+            return slopes;
         }
         let mut sums = BTreeMap::new();
-        for (position, slope) in found {
+        for (position, slope) in slopes {
             let Some(at) = position.checked_sub(n) else {
                 self.accumulate(&mut sums, position, slope);
                 continue;

@@ -57,9 +57,9 @@ impl Rounds {
         kinds: &[Vec<usize>],
         numbers: impl Iterator<Item = Given>,
     ) -> Rounds {
-        let mut found = Rounds::default();
+        let mut plan = Rounds::default();
         if kinds.is_empty() {
-            return found;
+            return plan;
         }
         let mut rows: BTreeMap<usize, Vec<Given>> = BTreeMap::new();
         for given in numbers {
@@ -75,17 +75,17 @@ impl Rounds {
                 let [first, next] = [0, 1].map(|k| &rows[&families[k]]);
                 let rounds = u32::try_from(families.len()).unwrap_or(u32::MAX);
                 let count = first.iter().find_map(|(_, number)| number.rows).unwrap_or(1);
-                let own = alike.entry((count, rounds)).or_default();
-                (own.rounds, own.count) = (rounds, count);
-                own.numbers.extend(first.iter().enumerate().map(|(k, given)| {
+                let strands = alike.entry((count, rounds)).or_default();
+                (strands.rounds, strands.count) = (rounds, count);
+                strands.numbers.extend(first.iter().enumerate().map(|(k, given)| {
                     let values = families.iter().map(|family| rows[family][k].1.value);
                     (*given, next[k].1.place, values.collect())
                 }));
-                found.families.extend(families);
+                plan.families.extend(families);
             }
         }
-        found.loops.extend(alike.into_values().map(|rounds| rounds.planned(expressions, moving)));
-        found
+        plan.loops.extend(alike.into_values().map(|rounds| rounds.planned(expressions, moving)));
+        plan
     }
 
     /// Operands common to all rounds.
@@ -97,20 +97,20 @@ impl Rounds {
 impl InRounds {
     /// Sorts its expressions.
     fn planned(mut self, expressions: &Expressions<'_>, moving: &HashSet<ExprId>) -> InRounds {
-        let mut all: BTreeSet<Strand> = BTreeSet::new();
+        let mut strands: BTreeSet<Strand> = BTreeSet::new();
         let mut pending: Vec<Strand> =
             self.numbers.iter().map(|(.., values)| values.clone()).collect();
         while let Some(strand) = pending.pop() {
             if is_one(&strand) && !moving.contains(&strand[0]) {
                 self.common.push(strand[0]);
-            } else if !all.contains(&strand) {
+            } else if !strands.contains(&strand) {
                 pending.extend(expressions.operands(&strand));
-                all.insert(strand);
+                strands.insert(strand);
             }
         }
         // Operands are earlier expressions of a row.
         let mut passing: HashSet<Strand> = HashSet::default();
-        for strand in all {
+        for strand in strands {
             let listed = expressions.listed(&strand, self.count);
             let moves = match expressions.node(strand[0]) {
                 Node::Symbol(_) => moving.contains(&strand[0]),

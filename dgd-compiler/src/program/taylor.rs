@@ -359,8 +359,8 @@ impl<'a> Builder<'a> {
         let mut values = roots.iter().map(|root| self.values[root]);
         let f = values.by_ref().take(f.len()).collect();
         let mut entries = |all: &[NonZero]| -> Vec<Entry> {
-            let all = all.iter().zip(values.by_ref());
-            all.map(|(at, value)| Entry { row: at.row, column: at.column, value }).collect()
+            let named = all.iter().zip(values.by_ref());
+            named.map(|(at, value)| Entry { row: at.row, column: at.column, value }).collect()
         };
         let (jacobian, directions) = (entries(jacobian), entries(directions));
         let recurrences = (0..self.body.len()).map(|i| match self.recurrences.get(&value_at(i)) {
@@ -438,7 +438,7 @@ impl<'a> Builder<'a> {
 
     /// The slopes of a function without a recurrence of its own, with respect to its varying arguments.
     fn slopes_of(&mut self, id: ExprId) -> Slopes {
-        let all = match self.graph.node(id) {
+        let slopes = match self.graph.node(id) {
             Node::Call1(f, x) if own_recurrence(f).is_none() => match f.get().definition {
                 Definition::One { derivative, .. } => vec![(x, derivative(self.graph, x))],
                 Definition::Two { .. } | Definition::Expansion(..) => Vec::new(),
@@ -453,7 +453,7 @@ impl<'a> Builder<'a> {
             Node::Curve(curve, x) => vec![(x, self.graph.slope_of_curve(curve, x))],
             _ => Vec::new(),
         };
-        all.into_iter().filter(|(argument, _)| self.moving.contains(argument)).collect()
+        slopes.into_iter().filter(|(argument, _)| self.moving.contains(argument)).collect()
     }
 
     /// Records which of these expressions vary, operands first, and which are linear.
@@ -727,18 +727,18 @@ impl<'a> Builder<'a> {
                 Continued::By(_) => None,
             })
             .collect();
-        let mut all = Vec::new();
+        let mut listed = Vec::new();
         for (sum, terms) in sums {
             if inner.contains_key(&sum) {
                 self.recurrences.remove(&sum);
                 continue;
             }
-            let first = all.len();
-            all.extend(self.flattened(terms, &inner));
-            let linear = Recurrence::Linear { first, count: all.len() - first };
+            let first = listed.len();
+            listed.extend(self.flattened(terms, &inner));
+            let linear = Recurrence::Linear { first, count: listed.len() - first };
             self.recurrences.insert(sum, Continued::By(linear));
         }
-        all
+        listed
     }
 
     /// The terms of a sum, with inner sums replaced by their terms.

@@ -257,8 +257,8 @@ impl fmt::Display for Function {
         for Loop { rounds, head, count, body, stores } in &self.loops {
             let mut value = self.body.len()..;
             let mut write_all = |f: &mut fmt::Formatter<'_>, operations: &[Operation]| {
-                let mut all = operations.iter().zip(&mut value);
-                all.try_for_each(|(operation, k)| writeln!(f, "    %{k} = {operation}"))
+                let mut remaining = operations.iter().zip(&mut value);
+                remaining.try_for_each(|(operation, k)| writeln!(f, "    %{k} = {operation}"))
             };
             if *rounds > 1 {
                 writeln!(f, "  for r in 0..{}", rounds - 1)?;

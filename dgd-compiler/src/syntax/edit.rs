@@ -30,13 +30,13 @@ pub fn with_values(
     collect(&ast.items, values, &mut import, &mut edits);
     edits.sort_by_key(|(start, ..)| *start);
     let mut edited = String::with_capacity(text.len());
-    let mut at = 0;
+    let mut position = 0;
     for (start, end, replacement) in edits {
-        edited.push_str(&text[at..start]);
+        edited.push_str(&text[position..start]);
         edited.push_str(&replacement);
-        at = end;
+        position = end;
     }
-    edited.push_str(&text[at..]);
+    edited.push_str(&text[position..]);
     edited
 }
 
@@ -161,8 +161,8 @@ fn arguments_of(
     match (more.as_slice(), arguments.last()) {
         ([], _) => {}
         (more, Some(last)) => {
-            let at = last.value.span.end as usize;
-            edits.push((at, at, format!(", {}", more.join(", "))));
+            let end = last.value.span.end as usize;
+            edits.push((end, end, format!(", {}", more.join(", "))));
         }
         (more, None) => {
             edits.push((start as usize, end as usize, format!("({})", more.join(", "))));

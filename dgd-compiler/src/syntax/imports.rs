@@ -62,8 +62,9 @@ pub fn load(
         loading.read_tables(next);
         let imports = imports_of(&loading.asts[next]);
         let importer = loading.asts[next].source;
-        let found = imports.iter().filter_map(|import| loading.follow(importer, import)).collect();
-        loading.asts[next].imports = found;
+        let followed =
+            imports.iter().filter_map(|import| loading.follow(importer, import)).collect();
+        loading.asts[next].imports = followed;
         next += 1;
     }
     Loaded { asts: loading.asts, holes: loading.holes }

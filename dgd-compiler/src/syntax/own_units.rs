@@ -23,11 +23,11 @@ pub(crate) fn known_where_used<'a>(
     let of_files = of_files(asts, diagnostics);
     let mut asts = asts.to_vec();
     for ast in &mut asts {
-        let own = seen_by(&of_files, ast);
+        let units = seen_by(&of_files, ast);
         for item in &mut ast.items {
             visit::units_of_item_mut(item, &mut |unit| {
                 if unit.own.is_empty() {
-                    unit.own = own.clone();
+                    unit.own = units.clone();
                 }
             });
         }
@@ -41,8 +41,8 @@ pub fn all(asts: &[Ast]) -> OwnUnits {
         return OwnUnits::default();
     }
     let of_files = of_files(asts, &mut Diagnostics::default());
-    let seen = asts.iter().map(|ast| seen_by(&of_files, ast));
-    seen.fold(OwnUnits::default(), |all, seen| all.and(&seen))
+    let units = asts.iter().map(|ast| seen_by(&of_files, ast));
+    units.fold(OwnUnits::default(), |all, units| all.and(&units))
 }
 
 /// [`all`] as numbers of units of the language.
@@ -83,8 +83,8 @@ fn of_files(asts: &[Ast], diagnostics: &mut Diagnostics) -> BTreeMap<SourceId, O
     of_files.extend(asts.iter().map(|ast| (ast.source, empty(ast))));
     // Libraries come after the files that import them.
     for ast in asts.iter().rev() {
-        let seen = seen_by(&of_files, ast);
-        let declared = declared_in(ast, &seen, diagnostics);
+        let units = seen_by(&of_files, ast);
+        let declared = declared_in(ast, &units, diagnostics);
         of_files.insert(ast.source, OfFile { declared, ..empty(ast) });
     }
     of_files
@@ -92,7 +92,7 @@ fn of_files(asts: &[Ast], diagnostics: &mut Diagnostics) -> BTreeMap<SourceId, O
 
 /// The declarations of a file and its libraries, the nearest first.
 fn seen_by(of_files: &BTreeMap<SourceId, OfFile>, ast: &Ast) -> OwnUnits {
-    let mut seen = BTreeSet::from([ast.source]);
+    let mut visited = BTreeSet::from([ast.source]);
     let mut pending = vec![ast.source];
     let mut units = OwnUnits::default();
     while let Some(source) = pending.pop() {
@@ -101,7 +101,7 @@ fn seen_by(of_files: &BTreeMap<SourceId, OfFile>, ast: &Ast) -> OwnUnits {
             continue;
         }
         units = units.and(&file.declared);
-        pending.extend(file.imports.iter().filter(|import| seen.insert(**import)));
+        pending.extend(file.imports.iter().filter(|import| visited.insert(**import)));
     }
     units
 }
@@ -120,10 +120,11 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
         let names: Vec<&str> = waiting.iter().map(|(name, _)| name.text.as_str()).collect();
         let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
         waiting.retain(|(name, value)| {
-            let own = known.iter().map(|(symbol, (unit, _))| (symbol.clone(), *unit)).collect();
-            let own = OwnUnits::new(own).and(seen);
+            let declared_units =
+                known.iter().map(|(symbol, (unit, _))| (symbol.clone(), *unit)).collect();
+            let units = OwnUnits::new(declared_units).and(seen);
             let others = names.iter().filter(|other| **other != name.text);
-            match value_of(name, value, &own, others, diagnostics) {
+            match value_of(name, value, &units, others, diagnostics) {
                 Value::Known(unit) => {
                     take(name, unit, &mut known, diagnostics);
                     false

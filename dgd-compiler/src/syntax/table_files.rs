@@ -65,7 +65,7 @@ fn columns(
     place: Span,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<(usize, Unit)>, Reported> {
-    let mut found = Vec::new();
+    let mut columns = Vec::new();
     for wanted in arguments.iter().map(|a| &a.name).chain([name]) {
         let mut matching = header.iter().enumerate().filter(|(_, cell)| {
             cell.text.split('[').next().is_some_and(|own| own.trim() == wanted.text)
@@ -90,9 +90,9 @@ fn columns(
                 Diagnostic::new(Code::E609, again.span, message).label(cell.span, "first here"),
             ));
         }
-        found.push((position, unit_of(cell, diagnostics)?));
+        columns.push((position, unit_of(cell, diagnostics)?));
     }
-    Ok(found)
+    Ok(columns)
 }
 
 /// The unit between the brackets of a header.
@@ -156,13 +156,13 @@ fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Sp
         let is_remark = line.is_empty() || line.starts_with('#');
         (!is_remark).then(|| {
             let span = place(source, begin, begin + line.len());
-            let mut at = begin;
+            let mut position = begin;
             let cells = line.split(',').map(|cell| {
-                let own = at;
-                at += cell.len() + 1;
+                let cell_start = position;
+                position += cell.len() + 1;
                 let blank = |c: char| c.is_whitespace() || c == '"' || c == '\u{feff}';
                 let text = cell.trim_matches(blank);
-                let first = own + (cell.len() - cell.trim_start_matches(blank).len());
+                let first = cell_start + (cell.len() - cell.trim_start_matches(blank).len());
                 Cell { text, span: place(source, first, first + text.len()) }
             });
             (cells.collect(), span)
@@ -171,8 +171,8 @@ fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Sp
 }
 
 fn place(source: SourceId, start: usize, end: usize) -> Span {
-    let at = |byte: usize| u32::try_from(byte).unwrap_or(u32::MAX);
-    Span { source, start: at(start), end: at(end) }
+    let byte_position = |byte: usize| u32::try_from(byte).unwrap_or(u32::MAX);
+    Span { source, start: byte_position(start), end: byte_position(end) }
 }
 
 /// The files of the tables in these trees.

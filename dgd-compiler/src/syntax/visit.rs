@@ -143,7 +143,7 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         }
         ItemKind::Output { name, unit, value, attributes: all } => {
             // Its noise reads it by its current name.
-            let own = name.clone();
+            let reader = name.clone();
             visit(Part::Declares(Namespace::Output, name));
             visit(Part::Unit(unit));
             if let Some(value) = value {
@@ -151,7 +151,7 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
             for attribute in all {
                 if let AttributeKind::Noise(size) = &mut attribute.kind {
-                    visit(Part::Expr(Role::Noise(&own), size));
+                    visit(Part::Expr(Role::Noise(&reader), size));
                 }
             }
         }

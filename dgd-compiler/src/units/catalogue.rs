@@ -274,16 +274,16 @@ fn reduced(up: f64, down: f64) -> (f64, f64) {
 
 /// Every accepted symbol, for suggestions.
 pub(super) fn all_spellings() -> Vec<String> {
-    let mut all = Vec::new();
+    let mut spellings = Vec::new();
     for row in CATALOGUE {
         for spelling in row.spellings() {
-            all.push(spelling.to_owned());
+            spellings.push(spelling.to_owned());
             if row.prefixes == Prefixes::Allowed {
-                all.extend(PREFIXES.iter().map(|(prefix, ..)| format!("{prefix}{spelling}")));
+                spellings.extend(PREFIXES.iter().map(|(prefix, ..)| format!("{prefix}{spelling}")));
             }
         }
     }
-    all
+    spellings
 }
 
 /// A unit for values of a dimension: a named one such as `Pa` if there is one, otherwise one of base units such as

@@ -81,13 +81,13 @@ impl Dimension {
 
     /// A dimension of integer exponents, in the order of [`BASE_UNITS`].
     pub const fn of(exponents: [i32; 7]) -> Dimension {
-        let mut all = [Exponent::ZERO; 7];
+        let mut fractions = [Exponent::ZERO; 7];
         let mut i = 0;
         while i < 7 {
-            all[i] = Exponent { numerator: exponents[i], denominator: 1 };
+            fractions[i] = Exponent { numerator: exponents[i], denominator: 1 };
             i += 1;
         }
-        Dimension(all)
+        Dimension(fractions)
     }
 
     /// Exponents in the order of [`BASE_UNITS`].
@@ -100,11 +100,11 @@ impl Dimension {
         other: Dimension,
         f: impl Fn(Exponent, Exponent) -> Option<Exponent>,
     ) -> Option<Dimension> {
-        let mut all = [Exponent::ZERO; 7];
-        for (out, (a, b)) in all.iter_mut().zip(self.0.into_iter().zip(other.0)) {
+        let mut combined = [Exponent::ZERO; 7];
+        for (out, (a, b)) in combined.iter_mut().zip(self.0.into_iter().zip(other.0)) {
             *out = f(a, b)?;
         }
-        Some(Dimension(all))
+        Some(Dimension(combined))
     }
 
     /// The dimension of a product; `None` if an exponent does not fit.

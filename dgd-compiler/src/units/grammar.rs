@@ -204,8 +204,8 @@ fn bounded(numerator: i64, denominator: i64) -> Option<Exponent> {
 
 fn superscript_digit(c: char) -> Option<char> {
     const SUPERSCRIPTS: [char; 11] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹', '⁻'];
-    let at = SUPERSCRIPTS.iter().position(|&superscript| superscript == c)?;
-    "0123456789-".chars().nth(at)
+    let digit = SUPERSCRIPTS.iter().position(|&superscript| superscript == c)?;
+    "0123456789-".chars().nth(digit)
 }
 
 #[cfg(test)]

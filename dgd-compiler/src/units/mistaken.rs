@@ -44,17 +44,17 @@ pub fn mistaken(unit: &Unit) -> Vec<Unit> {
             }
         }
     }
-    let mut all: Vec<Unit> = Vec::new();
+    let mut units: Vec<Unit> = Vec::new();
     for text in texts {
         let Ok(other) = parse_unit(&text) else { continue };
         let is_same = |known: &Unit| {
             known.offset == other.offset && (known.factor / other.factor - 1.0).abs() < 1e-9
         };
-        if other.dimension == unit.dimension && !is_same(unit) && !all.iter().any(is_same) {
-            all.push(other);
+        if other.dimension == unit.dimension && !is_same(unit) && !units.iter().any(is_same) {
+            units.push(other);
         }
     }
-    all
+    units
 }
 
 /// The symbols of the catalogue, those without a prefix first.

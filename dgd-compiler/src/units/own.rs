@@ -53,8 +53,8 @@ impl OwnUnits {
 
     /// All units, by symbol.
     pub fn iter(&self) -> impl Iterator<Item = (&str, OwnUnit)> {
-        let all = self.0.iter().flat_map(|units| units.iter());
-        all.map(|(symbol, unit)| (symbol.as_str(), *unit))
+        let pairs = self.0.iter().flat_map(|units| units.iter());
+        pairs.map(|(symbol, unit)| (symbol.as_str(), *unit))
     }
 
     /// These units, and those of others with different symbols.

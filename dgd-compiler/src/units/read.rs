@@ -141,20 +141,20 @@ pub fn parse_unit_with(text: &str, own: &OwnUnits) -> Result<Unit, UnitError> {
         }
     })?;
 
-    let mut all = Unit { symbol: text.trim().to_owned(), ..Unit::one() };
+    let mut unit = Unit { symbol: text.trim().to_owned(), ..Unit::one() };
     let (mut numerator, mut denominator) = (1.0, 1.0);
     for factor in &factors {
         let out_of_range =
             || UnitError { range: factor.range.clone(), kind: UnitErrorKind::OutOfRange };
-        let found = look_up(factor, own)?;
-        let exponent = factor.exponent.times(found.digits).ok_or_else(out_of_range)?;
+        let symbol = look_up(factor, own)?;
+        let exponent = factor.exponent.times(symbol.digits).ok_or_else(out_of_range)?;
 
-        let dimension = found.dimension.power(exponent);
-        all.dimension = dimension
-            .and_then(|dimension| all.dimension.times(dimension))
+        let dimension = symbol.dimension.power(exponent);
+        unit.dimension = dimension
+            .and_then(|dimension| unit.dimension.times(dimension))
             .ok_or_else(out_of_range)?;
 
-        let (up, down) = found.factor;
+        let (up, down) = symbol.factor;
         if exponent.value() >= 0.0 {
             numerator *= power(up, exponent);
             denominator *= power(down, exponent);
@@ -163,15 +163,15 @@ pub fn parse_unit_with(text: &str, own: &OwnUnits) -> Result<Unit, UnitError> {
             denominator *= power(up, exponent);
         }
         if factors.len() == 1 && exponent.value() == 1.0 {
-            all.offset = found.offset;
-            all.datum = found.datum;
+            unit.offset = symbol.offset;
+            unit.datum = symbol.datum;
         }
-        all.factor = numerator / denominator;
-        if !all.factor.is_normal() {
+        unit.factor = numerator / denominator;
+        if !unit.factor.is_normal() {
             return Err(out_of_range());
         }
     }
-    Ok(all)
+    Ok(unit)
 }
 
 /// x^|exponent|, by multiplication for a whole exponent, to be exact if possible.

@@ -272,8 +272,8 @@ impl<'a> Resolver<'a> {
         }
         self.note_the_future(graph, Symbol::Input(i), summands);
         let wanted = DelayedInput { input: i as usize, delay: self.delay(graph, summands) };
-        let found = self.inputs.iter().position(|x| *x == wanted);
-        let position = found.unwrap_or_else(|| {
+        let known = self.inputs.iter().position(|x| *x == wanted);
+        let position = known.unwrap_or_else(|| {
             self.inputs.push(wanted);
             self.inputs.len() - 1
         });
@@ -293,8 +293,8 @@ impl<'a> Resolver<'a> {
         self.note_the_future(graph, unknown, summands);
         let (delay, varies) = (self.delay(graph, summands), varies(graph, summands));
         let wanted = DelayedUnknown { unknown, delay, varies };
-        let found = self.unknowns.iter().position(|x| *x == wanted);
-        let position = found.unwrap_or_else(|| {
+        let known = self.unknowns.iter().position(|x| *x == wanted);
+        let position = known.unwrap_or_else(|| {
             self.unknowns.push(wanted);
             self.unknowns.len() - 1
         });
@@ -405,8 +405,8 @@ fn include(graph: &mut Graph, summands: &mut Summands, tau: ExprId) {
         tau = graph.add(summands.remove(at), tau);
     }
     if graph.value(tau) != Some(0.0) {
-        let at = summands.partition_point(|other| *other <= tau);
-        summands.insert(at, tau);
+        let position = summands.partition_point(|other| *other <= tau);
+        summands.insert(position, tau);
     }
 }
 

@@ -74,11 +74,11 @@ pub(super) fn assign(
         && free_rows.len() == free_columns.len();
     if only_single {
         let pairs = passages.iter().zip(&matching.of_row);
-        let found = pairs.filter_map(|(&(row, passage), column)| {
+        let assigned = pairs.filter_map(|(&(row, passage), column)| {
             let equation = left[row].equation;
             column.map(|column| Assigned { equation, from: passage, count: 1, column })
         });
-        return Ok(joined(found).into_iter().filter(|a| a.column >= columns.n_single).collect());
+        return Ok(joined(assigned).into_iter().filter(|a| a.column >= columns.n_single).collect());
     }
     let rows: Vec<(usize, u32)> =
         free_rows.iter().map(|(row, passage)| (left[*row].equation, *passage)).collect();
@@ -203,14 +203,14 @@ impl Names<'_> {
         while let Some(&(e, from)) = rest.first() {
             let runs = rest.iter().zip(from..).take_while(|(row, passage)| **row == (e, *passage));
             let length = runs.count();
-            let to = rest[length - 1].1;
+            let end = rest[length - 1].1;
             rest = &rest[length..];
             let label = self.transferred.equations[e].label;
             names.push(match e.checked_sub(families).map(|f| &self.model.families[f]) {
                 None => label.to_owned(),
                 Some(family) => {
                     let first = family.lower + i64::from(from);
-                    let last = family.lower + i64::from(to);
+                    let last = family.lower + i64::from(end);
                     if length == 1 {
                         format!("{label}[{first}]")
                     } else {

@@ -103,7 +103,7 @@ pub(super) fn plan(
     let families = equations.len() - model.families.len();
     let count = |e: usize| e.checked_sub(families).map_or(1, |f| model.families[f].count);
     let holding = transferred.holding(&Combinations::start_modes(model));
-    let all: Vec<usize> = holding.into_iter().chain(families..equations.len()).collect();
+    let positions: Vec<usize> = holding.into_iter().chain(families..equations.len()).collect();
     let n_elements = model.arrays.iter().map(|array| array.count as usize).sum();
     let columns = Columns { n_single: model.unknowns.len(), n_elements };
 
@@ -123,7 +123,7 @@ pub(super) fn plan(
     for derivative in equations.iter().flat_map(|equation| &equation.derivatives) {
         *users.entry(*derivative).or_default() += 1;
     }
-    let left: Vec<Candidate> = all
+    let left: Vec<Candidate> = positions
         .iter()
         .filter(|e| !taken.contains(e))
         .map(|&e| candidate(graph, e, &equations[e], count(e), &users, columns))
@@ -135,18 +135,18 @@ pub(super) fn plan(
     let nothing_left = free.len() == columns.n_single && left.iter().all(|row| row.count == 1);
     // Single equations and unknowns are counted and matched with all others of their kind.
     if !nothing_left {
-        let found = match wholesale::assign(&left, free, columns.n_single) {
+        let assignment = match wholesale::assign(&left, free, columns.n_single) {
             Some(found) => found,
             None => elementwise::assign(
                 model,
                 graph,
                 transferred,
-                &Unmatched { all: &all, left: &left, columns, solved: &rows },
+                &Unmatched { all: &positions, left: &left, columns, solved: &rows },
                 tied,
                 diagnostics,
             )?,
         };
-        for assigned in found {
+        for assigned in assignment {
             let equation = &equations[assigned.equation];
             let Some(first) = assigned.column.checked_sub(columns.n_single) else { continue };
             let first = u32::try_from(first).unwrap_or(u32::MAX);

@@ -66,8 +66,8 @@ pub(in crate::dae) fn isolate(
 ) -> Option<usize> {
     let (position, family) = family_of(families, element)?;
     let family = family.clone();
-    let own = element - u32::try_from(family.first).unwrap_or(u32::MAX);
-    let ends = [0, own, own + 1, family.count];
+    let row = element - u32::try_from(family.first).unwrap_or(u32::MAX);
+    let ends = [0, row, row + 1, family.count];
     let ends = ends.windows(2).map(|ends| (ends[0], ends[1] - ends[0]));
     let pieces = ends.filter(|(_, count)| *count > 0).map(|(from, count)| {
         let rhs = passages(graph, family.rhs, from, count);
@@ -75,7 +75,7 @@ pub(in crate::dae) fn isolate(
     });
     let pieces: Vec<Family> = pieces.collect();
     families.splice(position..=position, pieces);
-    Some(position + usize::from(own > 0))
+    Some(position + usize::from(row > 0))
 }
 
 /// An element as an unknown after `n_single` others; any other symbol unchanged.

@@ -17,7 +17,7 @@ pub(super) fn assign(
     if needed != free.len() {
         return None;
     }
-    let mut found = Vec::with_capacity(rows.len());
+    let mut matched = Vec::with_capacity(rows.len());
     let mut open: Vec<&Candidate> = rows.iter().collect();
     loop {
         let before = open.len();
@@ -28,7 +28,7 @@ pub(super) fn assign(
             match (possible.next(), possible.next()) {
                 (Some(&column), None) => {
                     free.remove(column, row.count as usize);
-                    found.push(Assigned {
+                    matched.push(Assigned {
                         equation: row.equation,
                         from: 0,
                         count: row.count,
@@ -55,7 +55,7 @@ pub(super) fn assign(
         let row = open.remove(at);
         let column = middle(row, &free)?;
         free.remove(column, row.count as usize);
-        found.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
+        matched.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
     }
 
     // Single equations remain. Unmatched ones are counted with all others of single unknowns.
@@ -70,10 +70,10 @@ pub(super) fn assign(
     }
     for (row, column) in open.iter().zip(&matching.of_row) {
         let Some(column) = column.map(|column| columns[column]) else { continue };
-        found.push(Assigned { equation: row.equation, from: 0, count: 1, column });
+        matched.push(Assigned { equation: row.equation, from: 0, count: 1, column });
     }
-    found.retain(|assigned| assigned.column >= n_single);
-    Some(found)
+    matched.retain(|assigned| assigned.column >= n_single);
+    Some(matched)
 }
 
 /// The middle one of the runs of elements that a loop could determine: the run of `x[i]` in an equation that also reads

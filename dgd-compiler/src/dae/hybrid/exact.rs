@@ -95,8 +95,8 @@ fn quotient(x: f64) -> Option<Fraction> {
             return None;
         }
         let next = |before: i64, now: i64| now.checked_mul(whole as i64)?.checked_add(before);
-        let found = (next(before.0, now.0)?, next(before.1, now.1)?);
-        (before, now) = (now, found);
+        let convergent = (next(before.0, now.0)?, next(before.1, now.1)?);
+        (before, now) = (now, convergent);
         if is_near(now.0 as f64 / now.1 as f64, x.abs()) {
             return Some(Fraction::new(if x < 0.0 { -now.0 } else { now.0 }, now.1));
         }

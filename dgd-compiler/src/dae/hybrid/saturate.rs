@@ -34,13 +34,13 @@ pub(in crate::dae) fn n_automata(model: &Model) -> usize {
 
 /// The unknowns with bounds, in the order of the file.
 fn saturated(model: &Model) -> Vec<Symbol> {
-    let mut all: Vec<Symbol> = Vec::new();
+    let mut symbols: Vec<Symbol> = Vec::new();
     for saturation in &model.saturations {
-        if !all.contains(&saturation.unknown) {
-            all.push(saturation.unknown);
+        if !symbols.contains(&saturation.unknown) {
+            symbols.push(saturation.unknown);
         }
     }
-    all
+    symbols
 }
 
 /// A bound, and the mode of the unknown at it.
@@ -71,8 +71,8 @@ pub(in crate::dae) fn saturate(
 ) {
     let model = varying.model;
     for symbol in saturated(model) {
-        let own = model.saturations.iter().zip(bounds).filter(|(s, _)| s.unknown == symbol);
-        let at: Vec<ActiveBound> = own
+        let own_bounds = model.saturations.iter().zip(bounds).filter(|(s, _)| s.unknown == symbol);
+        let bounds_of_x: Vec<ActiveBound> = own_bounds
             .zip(FREE + 1..)
             .map(|((saturation, bound), mode)| ActiveBound {
                 side: saturation.side,
@@ -103,17 +103,17 @@ pub(in crate::dae) fn saturate(
             mass,
         };
         let mut transitions = Vec::new();
-        for at in &at {
-            let (held, own) = at_bound(graph, varying, &bounded, *at);
-            let behind = graph.constant(at.mode as f64 - 0.5);
-            let before = graph.constant(at.mode as f64 + 0.5);
+        for bound in &bounds_of_x {
+            let (held, changes) = at_bound(graph, varying, &bounded, *bound);
+            let behind = graph.constant(bound.mode as f64 - 0.5);
+            let before = graph.constant(bound.mode as f64 + 0.5);
             let above = graph.compare(Comparison::Greater, now, behind);
             let below = graph.compare(Comparison::Less, now, before);
             let is_mode = graph.simplified(crate::expr::graph::Node::And(above, below));
             *rhs = graph.select(is_mode, held, *rhs);
-            transitions.extend(own);
+            transitions.extend(changes);
         }
-        let names = at.iter().map(|at| match at.side {
+        let names = bounds_of_x.iter().map(|bound| match bound.side {
             Bound::Lower => "at its lower bound",
             Bound::Upper => "at its upper bound",
         });
@@ -165,7 +165,7 @@ fn at_bound(
     let half = graph.constant(0.5);
     let differential = graph.compare(Comparison::Greater, unknown.mass, half);
     let away = graph.subtract(at.bound, x);
-    let held = graph.select(differential, rate, away);
+    let stays = graph.select(differential, rate, away);
     let enter = graph.select(differential, distance, solution);
     let leave = graph.select(differential, relative, solution);
     let reset = vec![(this, at.bound)];
@@ -190,5 +190,5 @@ fn at_bound(
             transition(at.mode, FREE, Crossing::Rises, left, &[]),
         ]);
     }
-    (held, transitions)
+    (stays, transitions)
 }

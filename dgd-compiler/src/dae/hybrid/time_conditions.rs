@@ -105,15 +105,15 @@ fn switch(graph: &mut Graph, comparison: Comparison, a: Line, b: Line) -> TimeCo
     let (rising, falling) = (truth(graph, late), truth(graph, !late));
 
     let quotient = graph.divide(alpha, beta);
-    let at = graph.negate(quotient);
+    let crossing = graph.negate(quotient);
     let rises = graph.compare(Comparison::Greater, beta, zero);
     let falls = graph.compare(Comparison::Less, beta, zero);
     let moves = graph.simplified(Node::Or(rises, falls));
     let always = graph.constant(f64::NEG_INFINITY);
-    let at = graph.select(moves, at, always);
+    let time = graph.select(moves, crossing, always);
     let (one, still) = (graph.constant(1.0), graph.compare(comparison, alpha, zero));
     let still = graph.select(still, one, zero);
     let falling = graph.select(falls, falling, still);
     let after = graph.select(rises, rising, falling);
-    TimeCondition { at, after }
+    TimeCondition { at: time, after }
 }

@@ -106,12 +106,12 @@ fn groups(graph: &Graph, reduced: &Reduced) -> Result<Vec<Group>, Vec<usize>> {
     while let Some(&first) = open.first() {
         // Of one order, the constraint with the fewest unknowns of its own.
         let order = reduced.constraints[first].order;
-        let own = |row: usize| unknowns[row].difference(&met).count();
+        let n_own = |row: usize| unknowns[row].difference(&met).count();
         let Some(row) = open
             .iter()
             .copied()
             .filter(|row| reduced.constraints[*row].order == order)
-            .min_by_key(|row| own(*row))
+            .min_by_key(|row| n_own(*row))
         else {
             break;
         };
@@ -167,11 +167,11 @@ fn block(
     let mut matrix: Vec<Vec<ExprId>> = Vec::with_capacity(rows.len());
     for row in rows {
         let mut entries = vec![zero; candidates.len()];
-        let at = |symbol| match symbol {
+        let typical_value = |symbol| match symbol {
             Symbol::Unknown(i) => candidates.iter().position(|other| *other == i),
             _ => None,
         };
-        for (column, slope) in graph.gradient(reduced.constraints[*row].rest, at) {
+        for (column, slope) in graph.gradient(reduced.constraints[*row].rest, typical_value) {
             entries[column] = slope;
         }
         matrix.push(entries);
@@ -214,16 +214,16 @@ fn block(
 
 /// The subsets of k of n columns, those of the last columns first; `None` if there are too many.
 fn subsets(n: usize, k: usize) -> Option<Vec<Vec<usize>>> {
-    let mut found = Vec::new();
+    let mut subsets = Vec::new();
     // The complement of a subset, in lexicographic order.
     let rest = n - k;
     let mut kept: Vec<usize> = (0..rest).collect();
     loop {
-        if found.len() == MOST_CHOICES {
+        if subsets.len() == MOST_CHOICES {
             return None;
         }
-        found.push((0..n).filter(|column| !kept.contains(column)).collect());
-        let Some(at) = (0..rest).rev().find(|at| kept[*at] < k + at) else { return Some(found) };
+        subsets.push((0..n).filter(|column| !kept.contains(column)).collect());
+        let Some(at) = (0..rest).rev().find(|at| kept[*at] < k + at) else { return Some(subsets) };
         kept[at] += 1;
         for later in at + 1..rest {
             kept[later] = kept[later - 1] + 1;

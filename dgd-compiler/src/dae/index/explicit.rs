@@ -95,12 +95,12 @@ pub(super) fn rows_of(
     for (i, row) in matched(graph, equations, &algebraic, &unknowns) {
         places[i as usize] = Some(Place::Fixed(row));
     }
-    let all = own.iter().map(|&i| {
+    let rows = own.iter().map(|&i| {
         let place = places[i as usize].take();
         let unused = || Place::Fixed(unused_row(graph, reduced, variables, i));
         (i, place.unwrap_or_else(unused))
     });
-    all.collect()
+    rows.collect()
 }
 
 /// The row of an unknown that only other modes need: 0 = ẋ − z, or 0 = −z if x is algebraic; 0 = Σ c x − w.
@@ -115,8 +115,8 @@ fn unused_row(graph: &mut Graph, reduced: &Reduced, variables: &Variables, i: u3
         },
         Added::Combination(terms) => sum(graph, terms, |graph, x| graph.symbol(Symbol::Unknown(x))),
     };
-    let own = graph.symbol(Symbol::Unknown(i));
-    let rhs = graph.subtract(value, own);
+    let symbol = graph.symbol(Symbol::Unknown(i));
+    let rhs = graph.subtract(value, symbol);
     Row { rhs, differential: false, equation: addition.equation, order: 0 }
 }
 

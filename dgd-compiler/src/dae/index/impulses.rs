@@ -83,8 +83,8 @@ impl Systems {
                     rule.unwrap_or_else(|| without_jumps(&system.reduced))
                 })
                 .collect();
-            let own = (0..n).filter(|i| self.part_of(*i) == part);
-            merge(graph, combinations, &rules, own, &mut impulses);
+            let members = (0..n).filter(|i| self.part_of(*i) == part);
+            merge(graph, combinations, &rules, members, &mut impulses);
         }
         impulses
     }
@@ -131,9 +131,11 @@ impl Systems {
             let mut needed: Vec<usize> = others.filter(|other| moves(*other, &emitted)).collect();
             loop {
                 let leads = |other: &usize| {
-                    let own = algebraic(*other);
+                    let others_algebraic = algebraic(*other);
                     !needed.contains(other)
-                        && needed.iter().any(|later| moves(*later, &own) || reads(*later, &own))
+                        && needed.iter().any(|later| {
+                            moves(*later, &others_algebraic) || reads(*later, &others_algebraic)
+                        })
                 };
                 let Some(next) = reached.iter().copied().find(leads) else { break };
                 needed.push(next);
@@ -258,10 +260,10 @@ impl<'a> Instant<'a> {
         for x in &self.jumping {
             let rate = self.reduced.rates[x].value;
             let reads_lost = unknowns_in(graph, rate).iter().any(|z| unknown_jumps.contains(z));
-            let own =
+            let known =
                 self.coefficients(graph, rate).filter(|_| !reads_lost && !bounded.contains(x));
-            match own {
-                Some(own) => drop(coefficients.insert(*x, own)),
+            match known {
+                Some(known) => drop(coefficients.insert(*x, known)),
                 None => drop(lost.insert(*x)),
             }
         }
@@ -317,12 +319,12 @@ impl<'a> Instant<'a> {
 
     /// ∂e/∂x of the unknowns with a derivative.
     fn slopes(graph: &mut Graph, e: ExprId) -> Vec<(u32, ExprId)> {
-        let own: Vec<u32> = unknowns_in(graph, e);
+        let unknowns: Vec<u32> = unknowns_in(graph, e);
         let gradient = graph.gradient(e, |symbol| match symbol {
-            Symbol::Unknown(i) => own.iter().position(|other| *other == i),
+            Symbol::Unknown(i) => unknowns.iter().position(|other| *other == i),
             _ => None,
         });
-        gradient.into_iter().map(|(at, slope)| (own[at], slope)).collect()
+        gradient.into_iter().map(|(at, slope)| (unknowns[at], slope)).collect()
     }
 
     /// ∂e/∂z of the impulsive unknowns, if these derivatives are constant during the instant.
@@ -386,8 +388,8 @@ impl<'a> Instant<'a> {
     /// between them, moves by themselves.
     fn find_conserved(&self, graph: &Graph, rule: &mut Rule) {
         let of_kind = |kind: JumpKind| {
-            let own = rule.kinds.iter().filter(move |(_, other)| **other == kind);
-            own.map(|(i, _)| *i).collect::<Vec<u32>>()
+            let of_kind = rule.kinds.iter().filter(move |(_, other)| **other == kind);
+            of_kind.map(|(i, _)| *i).collect::<Vec<u32>>()
         };
         let (states, impulses) = (of_kind(JumpKind::Forced), of_kind(JumpKind::Impulse));
         let entry = |row: u32, column: u32| {
@@ -406,9 +408,9 @@ impl<'a> Instant<'a> {
         let moves: Vec<Vec<f64>> = free
             .iter()
             .map(|z| {
-                let by =
+                let effect =
                     |x: &u32| impulses.iter().zip(z).map(|(k, z)| entry(*x, *k) * z).sum::<f64>();
-                states.iter().map(by).collect()
+                states.iter().map(effect).collect()
             })
             .collect();
         let (moves, _) = of_one_size(moves, states.len());

@@ -180,13 +180,13 @@ fn eliminate(
             left.push(Residual { rest: *rest, equation: *equation, order: 0 });
             continue;
         };
-        let by = coefficients[pivot];
-        let minus = graph.negate(by);
+        let divisor = coefficients[pivot];
+        let minus = graph.negate(divisor);
         let value = graph.divide(*rest, minus);
         let mut terms = Vec::new();
         for (column, coefficient) in columns.iter().zip(coefficients) {
             if graph.value(*coefficient) != Some(0.0) {
-                let quotient = graph.divide(*coefficient, by);
+                let quotient = graph.divide(*coefficient, divisor);
                 terms.push((*column, tidied(graph, quotient)));
             }
         }

@@ -78,15 +78,16 @@ impl Systems {
         let typical = Typical::of(model, graph, &transferred.starts);
         let last = transferred.equations.len() - model.families.len();
         let equations: BTreeSet<usize> = (0..last).filter(|e| !taken.contains(e)).collect();
-        let all = Combinations::of(model, 0..model.automata.len());
-        let is_whole = all.is_some_and(|all| all.len() <= TOGETHER);
+        let all_modes = Combinations::of(model, 0..model.automata.len());
+        let is_whole = all_modes.is_some_and(|modes| modes.len() <= TOGETHER);
         let mut partition = if is_whole {
             Partition::whole(model, equations)
         } else {
             let counted = verify_each_mode(model, graph, transferred, &equations, diagnostics);
             let single: Vec<usize> = equations.iter().copied().collect();
-            let all = &transferred.equations;
-            counted.inspect_err(|_| tie_what_is_read(model, graph, all, &single, tied))?;
+            let all_equations = &transferred.equations;
+            counted
+                .inspect_err(|_| tie_what_is_read(model, graph, all_equations, &single, tied))?;
             Partition::finest(model, graph, transferred, &equations)
         };
         let delayed = delayed.iter().map(|delayed| delayed.input).collect();
@@ -104,9 +105,15 @@ impl Systems {
                 };
                 let first = explicit.len();
                 for modes in combinations.iter() {
-                    let own = Own { partition: &partition, part: position, modes: &modes };
-                    let reduced =
-                        reduction.run(graph, own, &mut variables, tied, &mut joins, diagnostics)?;
+                    let parts_modes = Own { partition: &partition, part: position, modes: &modes };
+                    let reduced = reduction.run(
+                        graph,
+                        parts_modes,
+                        &mut variables,
+                        tied,
+                        &mut joins,
+                        diagnostics,
+                    )?;
                     // Parts that need unknowns of another are joined with it first.
                     let Some(system) = reduced else { break };
                     explicit.push(system);
@@ -132,11 +139,11 @@ impl Systems {
 
     /// The part of an unknown.
     fn part_of(&self, i: u32) -> usize {
-        let found = match self.variables.addition(i) {
+        let part = match self.variables.addition(i) {
             Some(addition) => self.partition.of_equation(addition.equation),
             None => self.partition.of_unknown(i),
         };
-        found.unwrap_or_else(|| unreachable!("every unknown is in a part"))
+        part.unwrap_or_else(|| unreachable!("every unknown is in a part"))
     }
 
     /// The systems of a part, in the order of its combinations.
@@ -150,15 +157,15 @@ impl Systems {
         &self,
         equations: &[Equation<'_>],
     ) -> Vec<DifferentiatedInput> {
-        let mut all: Vec<DifferentiatedInput> = Vec::new();
+        let mut inputs: Vec<DifferentiatedInput> = Vec::new();
         let differentiated = self.explicit.iter().flat_map(|s| &s.reduced.differentiated);
         for (&input, &equation) in differentiated {
-            if all.iter().all(|other| other.input != input) {
+            if inputs.iter().all(|other| other.input != input) {
                 let equation = equations[equation].label.to_owned().into();
-                all.push(DifferentiatedInput { input, equation });
+                inputs.push(DifferentiatedInput { input, equation });
             }
         }
-        all
+        inputs
     }
 
     /// The unknowns with their rows, which depend on the modes; `selecting` are the automata of the selections.
@@ -172,12 +179,12 @@ impl Systems {
         diagnostics: &mut Diagnostics,
     ) -> Vec<Unknown> {
         let n = u32::try_from(self.variables.len()).unwrap_or(u32::MAX);
-        let mut own: Vec<Vec<u32>> = vec![Vec::new(); self.parts.len()];
-        (0..n).for_each(|i| own[self.part_of(i)].push(i));
+        let mut unknowns_by_part: Vec<Vec<u32>> = vec![Vec::new(); self.parts.len()];
+        (0..n).for_each(|i| unknowns_by_part[self.part_of(i)].push(i));
         let mut places: Vec<Vec<Place>> = vec![Vec::new(); self.variables.len()];
-        for (part, own) in own.iter().enumerate() {
+        for (part, unknowns) in unknowns_by_part.iter().enumerate() {
             for system in self.systems_of(part) {
-                for (i, place) in rows_of(graph, system, &self.variables, equations, own) {
+                for (i, place) in rows_of(graph, system, &self.variables, equations, unknowns) {
                     places[i as usize].push(place);
                 }
             }
@@ -397,10 +404,10 @@ fn in_use(graph: &Graph, part: &Part, variables: &Variables, solved: &Solved) ->
         _ => None,
     });
     let added = read.chain(solved.rates.keys().copied()).filter(|i| variables.is_of(*i, part));
-    let mut all: Vec<u32> = part.unknowns.iter().copied().chain(added).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
+    let mut used: Vec<u32> = part.unknowns.iter().copied().chain(added).collect();
+    used.sort_unstable();
+    used.dedup();
+    used
 }
 
 /// Labels of the equations of an unknown's rows, each once and in an order that does not depend on the file.

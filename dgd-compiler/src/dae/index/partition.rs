@@ -44,13 +44,13 @@ impl Partition {
         transferred: &Transferred<'_>,
         of: &BTreeSet<usize>,
     ) -> Self {
-        let all = &transferred.equations;
+        let all_equations = &transferred.equations;
         let automaton_of = automata_of(transferred);
-        let known = known_states(model, all, of, &automaton_of);
+        let known = known_states(model, all_equations, of, &automaton_of);
         let n = model.unknowns.len();
-        let mut sets = Sets::new(n + all.len());
+        let mut sets = Sets::new(n + all_equations.len());
         for &e in of {
-            let gives = match all[e].derivatives[..] {
+            let gives = match all_equations[e].derivatives[..] {
                 [x] if known.contains(&x) => Some(x),
                 _ => None,
             };
@@ -58,21 +58,21 @@ impl Partition {
                 sets.join(x as usize, n + e);
                 continue;
             }
-            let read = all[e].unknowns(graph, all[e].rest).into_iter();
-            let read = read.chain(all[e].derivatives.iter().copied());
+            let read = all_equations[e].unknowns(graph, all_equations[e].rest).into_iter();
+            let read = read.chain(all_equations[e].derivatives.iter().copied());
             for i in read.filter(|i| !known.contains(i)) {
                 sets.join(i as usize, n + e);
             }
         }
         let mut parts: BTreeMap<usize, Part> = BTreeMap::new();
         for i in 0..n {
-            let own = parts.entry(sets.root(i)).or_default();
-            own.unknowns.insert(u32::try_from(i).unwrap_or(u32::MAX));
+            let part = parts.entry(sets.root(i)).or_default();
+            part.unknowns.insert(u32::try_from(i).unwrap_or(u32::MAX));
         }
         for &e in of {
-            let own = parts.entry(sets.root(n + e)).or_default();
-            own.equations.insert(e);
-            own.automata.extend(automaton_of.get(&e));
+            let part = parts.entry(sets.root(n + e)).or_default();
+            part.equations.insert(e);
+            part.automata.extend(automaton_of.get(&e));
         }
         Partition { parts: parts.into_values().collect() }
     }
@@ -95,10 +95,10 @@ impl Partition {
         }
         let mut joined: BTreeMap<usize, Part> = BTreeMap::new();
         for (position, part) in std::mem::take(&mut self.parts).into_iter().enumerate() {
-            let own = joined.entry(sets.root(position)).or_default();
-            own.equations.extend(part.equations);
-            own.unknowns.extend(part.unknowns);
-            own.automata.extend(part.automata);
+            let target = joined.entry(sets.root(position)).or_default();
+            target.equations.extend(part.equations);
+            target.unknowns.extend(part.unknowns);
+            target.automata.extend(part.automata);
         }
         self.parts = joined.into_values().collect();
     }
@@ -106,13 +106,13 @@ impl Partition {
 
 /// The automaton of each equation of a mode.
 fn automata_of(transferred: &Transferred<'_>) -> BTreeMap<usize, usize> {
-    let mut of = BTreeMap::new();
+    let mut automaton_of = BTreeMap::new();
     for (automaton, modes) in transferred.of_modes.iter().enumerate() {
         for e in modes.iter().flat_map(|(begin, end)| *begin..*end) {
-            of.insert(e, automaton);
+            automaton_of.insert(e, automaton);
         }
     }
-    of
+    automaton_of
 }
 
 /// States whose derivative occurs in one equation only, in every mode.

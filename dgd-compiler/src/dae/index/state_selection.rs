@@ -68,12 +68,12 @@ impl Selections {
         let Systems { parts, explicit: systems, variables, typical, .. } = systems;
         (0..self.dummies.len())
             .map(|k| {
-                let all = self.pivots(k, systems);
+                let pivots_by_system = self.pivots(k, systems);
                 // All its blocks belong to one part.
-                let first = all.iter().position(Option::is_some).unwrap_or(0);
+                let first = pivots_by_system.iter().position(Option::is_some).unwrap_or(0);
                 let after = parts.partition_point(|(_, begin)| *begin <= first);
                 let (combinations, begin) = &parts[after - 1];
-                let pivots = &all[*begin..begin + combinations.len()];
+                let pivots = &pivots_by_system[*begin..begin + combinations.len()];
                 let start = combinations.position(&Combinations::start_modes(model));
                 let size = |pivot: ExprId| graph.evaluate(pivot, &|s| typical.value(s)).abs();
                 let at_start = pivots[start].as_ref().map_or(0, |pivots| first_mode(pivots, &size));
@@ -110,20 +110,22 @@ impl Selections {
 
     /// A block that the automaton chooses for.
     fn block<'a>(&self, k: usize, systems: &'a [Explicit]) -> &'a Block {
-        let all = systems.iter().zip(&self.of_blocks);
-        let mut blocks = all.flat_map(|(system, automata)| system.blocks.iter().zip(automata));
-        let found = blocks.find(|(_, automaton)| **automaton == Some(k));
-        found.unwrap_or_else(|| unreachable!("an automaton is made for a block")).0
+        let systems_with_automata = systems.iter().zip(&self.of_blocks);
+        let mut blocks =
+            systems_with_automata.flat_map(|(system, automata)| system.blocks.iter().zip(automata));
+        let chosen = blocks.find(|(_, automaton)| **automaton == Some(k));
+        chosen.unwrap_or_else(|| unreachable!("an automaton is made for a block")).0
     }
 
     /// The pivots of an automaton's modes in each combination; `None` where the automaton has no effect.
     fn pivots(&self, k: usize, systems: &[Explicit]) -> Vec<Option<Vec<ExprId>>> {
-        let all = systems.iter().zip(&self.of_blocks);
-        all.map(|(system, automata)| {
-            let at = automata.iter().position(|automaton| *automaton == Some(k))?;
-            Some(system.blocks[at].choices.iter().map(|choice| choice.pivot).collect())
-        })
-        .collect()
+        let systems_with_automata = systems.iter().zip(&self.of_blocks);
+        systems_with_automata
+            .map(|(system, automata)| {
+                let position = automata.iter().position(|automaton| *automaton == Some(k))?;
+                Some(system.blocks[position].choices.iter().map(|choice| choice.pivot).collect())
+            })
+            .collect()
     }
 }
 
@@ -147,8 +149,8 @@ fn excess(graph: &mut Graph, pivots: Option<[ExprId; 2]>) -> ExprId {
     let Some([own, other]) = pivots else { return graph.constant(-1.0) };
     let (own, other) = (graph.multiply(own, own), graph.multiply(other, other));
     let factor = graph.constant(BETTER * BETTER);
-    let own = graph.multiply(factor, own);
-    graph.subtract(other, own)
+    let scaled = graph.multiply(factor, own);
+    graph.subtract(other, scaled)
 }
 
 /// `states of rod`

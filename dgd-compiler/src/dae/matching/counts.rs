@@ -22,8 +22,8 @@ pub(in crate::dae) fn verify_counts(
         .iter()
         .map(|equation| {
             let read = equation.unknowns(graph, equation.rest).into_iter();
-            let all = read.chain(equation.derivatives.iter().copied());
-            let mut unknowns: Vec<usize> = all.map(|i| i as usize).collect();
+            let occurring = read.chain(equation.derivatives.iter().copied());
+            let mut unknowns: Vec<usize> = occurring.map(|i| i as usize).collect();
             unknowns.sort_unstable();
             unknowns.dedup();
             unknowns

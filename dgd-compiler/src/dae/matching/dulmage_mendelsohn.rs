@@ -40,24 +40,24 @@ fn reached<I: Iterator<Item = usize>>(
     edges: impl Fn(usize) -> I,
     partner: &[Option<usize>],
 ) -> (Vec<usize>, Vec<usize>) {
-    let mut own = starts;
+    let mut nodes = starts;
     let mut others = Vec::new();
     let mut is_met = vec![false; partner.len()];
     let mut next = 0;
-    while let Some(&at) = own.get(next) {
+    while let Some(&at) = nodes.get(next) {
         next += 1;
         for other in edges(at) {
             if !is_met[other] {
                 is_met[other] = true;
                 others.push(other);
                 // Without a partner the matching would not be maximum.
-                own.extend(partner[other]);
+                nodes.extend(partner[other]);
             }
         }
     }
-    own.sort_unstable();
+    nodes.sort_unstable();
     others.sort_unstable();
-    (own, others)
+    (nodes, others)
 }
 
 #[cfg(test)]

@@ -102,7 +102,7 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
         let written = Written::of(array, index);
-        let at = self.whole_indices(&written.indices, diagnostics)?;
+        let indices = self.whole_indices(&written.indices, diagnostics)?;
         let span = written.array.span;
         let not_an_array = |what: String| {
             Diagnostic::new(Code::E232, span, what)
@@ -132,8 +132,14 @@ impl<'a> Lowering<'a> {
         match definition {
             Definition::Array { index: position, state } => {
                 let array = self.scope.arrays[position].clone()?;
-                let pointed =
-                    self.pointed(&at, &array.shape, name, &written.indices, place, diagnostics)?;
+                let pointed = self.pointed(
+                    &indices,
+                    &array.shape,
+                    name,
+                    &written.indices,
+                    place,
+                    diagnostics,
+                )?;
                 let unit = self.scope.dimension(name)?;
                 if is_rate && !state {
                     return no_rate("an array of `unknown`s", diagnostics);
@@ -147,8 +153,14 @@ impl<'a> Lowering<'a> {
             Definition::Vector(position) => {
                 let vector = &self.scope.vectors[position];
                 let (kind, array) = (vector.kind, vector.place.clone()?);
-                let pointed =
-                    self.pointed(&at, &array.shape, name, &written.indices, place, diagnostics)?;
+                let pointed = self.pointed(
+                    &indices,
+                    &array.shape,
+                    name,
+                    &written.indices,
+                    place,
+                    diagnostics,
+                )?;
                 let dim = Dim::Of(self.scope.dimension(name)?);
                 let id = self.vector_element(kind, &array, pointed);
                 Ok(Typed { id, dim })
@@ -157,18 +169,18 @@ impl<'a> Lowering<'a> {
             Definition::LetArray(position) => {
                 let array = self.scope.let_arrays[position].clone();
                 let shape = array.shape.clone()?;
-                self.pointed(&at, &shape, name, &written.indices, place, diagnostics)?;
+                self.pointed(&indices, &shape, name, &written.indices, place, diagnostics)?;
                 let passages = self.passages();
-                let counters = array.counters.iter().zip(&at);
-                let at: Vec<LoopIndex<'a>> = counters
-                    .map(|(counter, at)| LoopIndex {
+                let counters = array.counters.iter().zip(&indices);
+                let let_indices: Vec<LoopIndex<'a>> = counters
+                    .map(|(counter, index)| LoopIndex {
                         name: &counter.index.text,
-                        first: at.at,
+                        first: index.at,
                         // An empty loop reads no element.
-                        count: if passages > 0 && at.slope == 0 { 1 } else { passages },
+                        count: if passages > 0 && index.slope == 0 { 1 } else { passages },
                     })
                     .collect();
-                self.open_let(&array, at, index.span, diagnostics)
+                self.open_let(&array, let_indices, index.span, diagnostics)
             }
             definition => {
                 let message = format!("`{name}` is {}, not an array", definition.noun());
@@ -192,9 +204,9 @@ impl<'a> Lowering<'a> {
         };
         let array = self.scope.arrays[index].clone()?;
         let indices: Vec<&Expr> = indices.iter().collect();
-        let at = self.whole_indices(&indices, diagnostics)?;
+        let position = self.whole_indices(&indices, diagnostics)?;
         let pointed =
-            self.pointed(&at, &array.shape, &name.text, &indices, declared, diagnostics)?;
+            self.pointed(&position, &array.shape, &name.text, &indices, declared, diagnostics)?;
         Ok(Symbol::Element(array.first + pointed.offset))
     }
 
@@ -259,13 +271,13 @@ impl<'a> Lowering<'a> {
         if pointed.slope == 0 {
             return self.graph.symbol(Symbol::Constant(position));
         }
-        let at = |k: u32| {
+        let constant = |k: u32| {
             let position = i64::from(position) + i64::from(k) * pointed.slope;
             let position = u32::try_from(position).unwrap_or(u32::MAX);
             // A constant with an error has been reported.
             self.constants.get(&position).copied().unwrap_or(0.0)
         };
-        let numbers: Vec<f64> = (0..self.passages()).map(at).collect();
+        let numbers: Vec<f64> = (0..self.passages()).map(constant).collect();
         let counter = self.graph.symbol(Symbol::Counter);
         numbers_at(&mut self.graph, array.name, &numbers, counter)
     }

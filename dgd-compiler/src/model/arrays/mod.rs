@@ -57,15 +57,15 @@ impl<'a> Resolver<'a> {
             shape.verify_list(&name.text, values, diagnostics)?;
         }
         let row = shape.row();
-        let mut all = Vec::new();
+        let mut rows = Vec::new();
         for at in 0..shape.rows() {
             let offset = at * row.count;
             let unknown = self.row(item, axes, declaration, &shape, offset, diagnostics);
             self.lowering.indices.clear();
             let unknown = unknown?;
-            all.push(Array { unknown, lower: row.lower, first: first + offset, count: row.count });
+            rows.push(Array { unknown, lower: row.lower, first: first + offset, count: row.count });
         }
-        Ok(all)
+        Ok(rows)
     }
 
     /// The common properties of the elements of a row, with their start as one expression.

@@ -171,8 +171,8 @@ impl<'a> Scope<'a> {
             };
             let Ok(place) = &self.vectors[vector].place else { continue };
             if place.shape.position(&indices).is_none() {
-                let all = place.shape.axes().iter();
-                let all: Vec<String> = all
+                let axes = place.shape.axes().iter();
+                let ranges: Vec<String> = axes
                     .map(|axis| {
                         format!("{}..{}", axis.lower, axis.lower + i64::from(axis.count) - 1)
                     })
@@ -180,7 +180,7 @@ impl<'a> Scope<'a> {
                 let message = format!(
                     "`{of}` has no element {}: it runs over [{}]",
                     brackets(&indices),
-                    all.join("][")
+                    ranges.join("][")
                 );
                 diagnostics.error(Diagnostic::new(Code::E231, value.span, message));
             }

@@ -50,8 +50,8 @@ impl<'a> Lowering<'a> {
             let dim = if reduction.kind == Reducing::Product {
                 Spelling::product(total.dim, term.dim, false, reduction.body.span)
             } else {
-                let at = reduction.body.span;
-                self.scope.spelling.same("add", total.at(at), term.at(at))
+                let span = reduction.body.span;
+                self.scope.spelling.same("add", total.at(span), term.at(span))
             };
             let dim = dim.map_err(|diagnostic| diagnostics.error(diagnostic))?;
             let id = match reduction.kind {

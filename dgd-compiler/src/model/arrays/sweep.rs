@@ -104,15 +104,16 @@ impl<'a> Resolver<'a> {
         for position in 0..self.lowering.scope.let_arrays.len() {
             let array = self.lowering.scope.let_arrays[position].clone();
             let Ok(shape) = &array.shape else { continue };
-            let mut at = open(array.counters, shape, 0, true);
+            let mut indices = open(array.counters, shape, 0, true);
             if shape.count() == Some(0) {
-                for index in &mut at {
+                for index in &mut indices {
                     index.count = 0;
                 }
             }
             // Only the errors matter, not the result.
             let span = array.value.span;
-            let _: Result<Typed, Reported> = self.lowering.open_let(&array, at, span, diagnostics);
+            let _: Result<Typed, Reported> =
+                self.lowering.open_let(&array, indices, span, diagnostics);
         }
     }
 }
@@ -124,11 +125,11 @@ pub(super) fn open<'a>(
     offset: u32,
     moves: bool,
 ) -> Vec<LoopIndex<'a>> {
-    let at = shape.indices(offset);
+    let values = shape.indices(offset);
     let last = counters.len() - 1;
     let index = |(k, Counter { index, .. }): (usize, &'a Counter)| {
         let count = if moves && k == last { shape.row().count } else { 1 };
-        LoopIndex { name: &index.text, first: at[k], count }
+        LoopIndex { name: &index.text, first: values[k], count }
     };
     counters.iter().enumerate().map(index).collect()
 }

@@ -42,19 +42,19 @@ impl<'a> Resolver<'a> {
         if let Some(value) = value {
             place.shape.verify_list(&name.text, value, diagnostics)?;
         }
-        let mut all = Vec::new();
+        let mut elements = Vec::new();
         for offset in 0..place.count() {
-            let own = format!("{}{}", name.text, place.shape.brackets(offset));
-            let set = self.settings.get(own.as_str()).copied();
+            let element_name = format!("{}{}", name.text, place.shape.brackets(offset));
+            let set = self.settings.get(element_name.as_str()).copied();
             let value = set.or(value.map(|value| place.shape.value_at(value, offset)));
             self.lowering.indices = open_axes(axes, &place.shape.indices(offset));
-            let declared = Declared { name: own, ..declared.clone() };
+            let declared = Declared { name: element_name, ..declared.clone() };
             let made = make(self, declared, value, diagnostics);
             self.lowering.indices.clear();
             // The next would fail in the same way.
-            all.push(made?);
+            elements.push(made?);
         }
-        Ok(all)
+        Ok(elements)
     }
 
     pub(in crate::model) fn constants_of(

@@ -67,7 +67,7 @@ pub(in crate::model) fn quotient_for_derivative(
         if !is_quotient || below.kind != ExprKind::Name("dt".to_owned()) || is_known("dt") {
             return None;
         }
-        let of = match &above.kind {
+        let numerator = match &above.kind {
             ExprKind::Name(name) if !is_known(name) => name.strip_prefix('d')?,
             ExprKind::Call { function, arguments } if function.text == "d" && !is_known("d") => {
                 match arguments.as_slice() {
@@ -79,12 +79,12 @@ pub(in crate::model) fn quotient_for_derivative(
         };
         let is_unknown = scope
             .names
-            .get(of)
+            .get(numerator)
             .is_some_and(|entry| matches!(entry.definition, Definition::Unknown { .. }));
         let span = above.span.to(below.span);
         is_unknown.then(|| {
-            let message = format!("a derivative is written `der({of})`");
-            let fix = Fix::safe(vec![Edit::replace(span, format!("der({of})"))]);
+            let message = format!("a derivative is written `der({numerator})`");
+            let fix = Fix::safe(vec![Edit::replace(span, format!("der({numerator})"))]);
             Diagnostic::new(Code::E201, span, message).fix(fix)
         })
     })

@@ -146,8 +146,8 @@ impl<'a> Resolver<'a> {
         unit: &Unit,
         diagnostics: &mut Diagnostics,
     ) -> Result<ExprId, Reported> {
-        let own = Arguments::from([(output.name, output.value)]);
-        let typed = self.lowering.in_unit(expr, unit, Reading::Size, &own, diagnostics)?;
+        let locals = Arguments::from([(output.name, output.value)]);
+        let typed = self.lowering.in_unit(expr, unit, Reading::Size, &locals, diagnostics)?;
         match self.lowering.number(typed.id) {
             Some(value) if !value.is_finite() => {
                 return Err(diagnostics.error(not_finite(value, expr.span)));

@@ -192,8 +192,8 @@ pub(super) fn in_unit(value: f64, unit: &Unit) -> String {
 
 /// [`in_unit`] without the unit, and without the rounding error of the conversion.
 fn plain(value: f64, unit: &Unit) -> String {
-    let own = (value - unit.offset) / unit.factor;
-    number(format!("{own:.12e}").parse().unwrap_or(own))
+    let in_unit = (value - unit.offset) / unit.factor;
+    number(format!("{in_unit:.12e}").parse().unwrap_or(in_unit))
 }
 
 /// Whether a curve is the whole table, or one of several terms.

@@ -41,7 +41,7 @@ impl<'a> Lowering<'a> {
         let mut failed = None;
         let mut points = Vec::with_capacity(written.len());
         for (place, (at, value, span)) in written.into_iter().enumerate() {
-            let at: Result<Vec<f64>, Reported> = at
+            let arguments: Result<Vec<f64>, Reported> = at
                 .iter()
                 .zip(units)
                 // Removes the sign of zero.
@@ -53,8 +53,10 @@ impl<'a> Lowering<'a> {
                     self.ordinate_of_array(array, k, table, of_values, diagnostics)
                 }
             };
-            match (at, value) {
-                (Ok(at), Ok(value)) => points.push(Read { at, value, span, place }),
+            match (arguments, value) {
+                (Ok(arguments), Ok(value)) => {
+                    points.push(Read { at: arguments, value, span, place })
+                }
                 (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
             }
             // A wrong unit in a header applies to every row.
@@ -145,8 +147,8 @@ impl<'a> Lowering<'a> {
         let entry = self.scope.names.get(name.as_str()).map(|entry| entry.definition);
         let refuse = |message: String, help: &str, diagnostics: &mut Diagnostics| {
             // Once, not for each point.
-            let said = diagnostics.said(Code::E233, array.span);
-            Err(said.unwrap_or_else(|| {
+            let known_error = diagnostics.said(Code::E233, array.span);
+            Err(known_error.unwrap_or_else(|| {
                 diagnostics.error(Diagnostic::new(Code::E233, array.span, message).help(help))
             }))
         };
@@ -177,8 +179,8 @@ impl<'a> Lowering<'a> {
                 unit.symbol,
                 spelling.being(dimension)
             );
-            let said = diagnostics.said(Code::E302, array.span);
-            return Err(said.unwrap_or_else(|| {
+            let known_error = diagnostics.said(Code::E302, array.span);
+            return Err(known_error.unwrap_or_else(|| {
                 diagnostics.error(Diagnostic::new(Code::E302, array.span, message))
             }));
         }
@@ -241,8 +243,9 @@ fn written<'a>(
             if let [array] = &y[..]
                 && x.len() > 1
             {
-                let of = |(k, x): (u32, &'a Expr)| (vec![x], Ordinate::Element(array, k), x.span);
-                return Ok((0..).zip(x).map(of).collect());
+                let element =
+                    |(k, x): (u32, &'a Expr)| (vec![x], Ordinate::Element(array, k), x.span);
+                return Ok((0..).zip(x).map(element).collect());
             }
             return Ok(x.iter().zip(y).map(|(x, y)| (vec![x], Ordinate::Of(y), y.span)).collect());
         }
@@ -257,11 +260,11 @@ fn written<'a>(
         }
     };
     let of_point = |numbers: &'a [Expr]| numbers.split_last();
-    let all = points.iter().filter_map(|point| {
+    let spans = points.iter().filter_map(|point| {
         let (value, at) = of_point(&point.numbers)?;
         Some((at.iter().collect(), Ordinate::Of(value), point.span))
     });
-    Ok(all.collect())
+    Ok(spans.collect())
 }
 
 /// `q = 1200 lpm, w = 40 %`

@@ -84,8 +84,8 @@ impl<'a> Lowering<'a> {
             let inner = x.windows(3).zip(values.windows(3));
             // Not applied across a step.
             let inner = inner.filter(|(x, _)| x[0] < x[1] && x[1] < x[2]);
-            let all = inner.filter_map(|(x, y)| of_point(name, x, y, std));
-            return Ok(all.collect());
+            let rows = inner.filter_map(|(x, y)| of_point(name, x, y, std));
+            return Ok(rows.collect());
         };
         Err(diagnostics
             .error(Diagnostic::new(Code::E514, span, message).help("leave `smooth` out")))

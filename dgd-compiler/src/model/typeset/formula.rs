@@ -295,19 +295,19 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
 /// An index with its first and last value.
 fn ends_of(counter: &Counter) -> [Formula; 3] {
     let Counter { index, range } = counter;
-    let at = Formula::Symbol(Symbol::of(&index.text));
-    [at, expression(&range.lower), expression(&range.upper)]
+    let symbol = Formula::Symbol(Symbol::of(&index.text));
+    [symbol, expression(&range.lower), expression(&range.upper)]
 }
 
 /// The array of an element, and the element's indices.
 fn element<'e>(array: &'e Expr, index: &'e Expr) -> (&'e Expr, Vec<&'e Expr>) {
     let mut indices = vec![index];
-    let mut of = array;
-    while let ExprKind::Element(array, index) = &of.kind {
+    let mut base = array;
+    while let ExprKind::Element(array, index) = &base.kind {
         indices.insert(0, index);
-        of = array;
+        base = array;
     }
-    (of, indices)
+    (base, indices)
 }
 
 /// A formula with its indices as one subscript.
@@ -333,8 +333,8 @@ fn of_loop(counters: &[Counter], item: &Item) -> Option<Line> {
                 span: c.index.span,
                 kind: ExprKind::Name(c.index.text.clone()),
             };
-            let at: Vec<Expr> = counters.iter().map(index).collect();
-            let left = element_named(name, &at);
+            let indices: Vec<Expr> = counters.iter().map(index).collect();
+            let left = element_named(name, &indices);
             Line::Equation { left, right: expression(value), label: None }
         }
         ItemKind::Equation { label, left, right, .. } => {
@@ -661,13 +661,13 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
 /// x(t − τ), with brackets around an x that is not a name.
 fn late(x: &Expr, tau: &Expr) -> Formula {
     let (x, tau) = (bare(x), bare(tau));
-    let of = match x.kind {
+    let base = match x.kind {
         ExprKind::Name(_) => expression(x),
         _ => round(expression(x)),
     };
-    let by = if is_sum(tau) { round(expression(tau)) } else { expression(tau) };
+    let lag = if is_sum(tau) { round(expression(tau)) } else { expression(tau) };
     let t = Formula::Symbol(Symbol::of("t"));
-    Formula::Row(vec![of, round(Formula::Row(vec![t, Formula::Operator(Operator::Minus), by]))])
+    Formula::Row(vec![base, round(Formula::Row(vec![t, Formula::Operator(Operator::Minus), lag]))])
 }
 
 fn round(inner: Formula) -> Formula {

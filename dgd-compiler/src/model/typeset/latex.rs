@@ -22,13 +22,13 @@ pub fn write(asts: &[Ast], model: &Model) -> String {
 /// The equations with a label, which each mode may have one of, as formulas for a text.
 pub fn equations(asts: &[Ast], model: &Model, label: &str) -> Vec<String> {
     let lines = formula::lines(asts, model);
-    let own = lines.iter().filter_map(|line| match line {
+    let labelled = lines.iter().filter_map(|line| match line {
         Line::Equation { left, right, label: Some(own) } if own == label => {
             Some(format!("{} = {}", formula(left), formula(right)))
         }
         _ => None,
     });
-    own.collect()
+    labelled.collect()
 }
 
 pub(super) fn line(line: &Line) -> String {

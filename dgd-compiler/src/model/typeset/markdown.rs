@@ -240,11 +240,11 @@ fn with_fixed(attributes: &[Attribute], doc: String) -> String {
 }
 
 fn bounds(attributes: &[Attribute]) -> String {
-    let found = attributes.iter().find_map(|attribute| match &attribute.kind {
+    let interval = attributes.iter().find_map(|attribute| match &attribute.kind {
         AttributeKind::Bounds(lower, upper) => Some((lower, upper)),
         _ => None,
     });
-    match found {
+    match interval {
         Some((Some(lower), Some(upper))) => format!("{} to {}", math(lower), math(upper)),
         Some((Some(lower), None)) => format!("from {}", math(lower)),
         Some((None, Some(upper))) => format!("up to {}", math(upper)),
@@ -273,8 +273,9 @@ fn push_equations(text: &mut String, lines: &[Documented]) {
 fn row(Documented { line, counters, .. }: &Documented) -> String {
     let (mut text, label) = match line {
         Line::Equation { left, right, label } => {
-            let own = Line::Equation { left: left.clone(), right: right.clone(), label: None };
-            (latex::line(&own), label.as_deref())
+            let unlabelled =
+                Line::Equation { left: left.clone(), right: right.clone(), label: None };
+            (latex::line(&unlabelled), label.as_deref())
         }
         Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => (latex::line(line), None),
     };

@@ -32,9 +32,9 @@ pub fn like(original: SourceId, sources: &Sources, edited: String) -> String {
     if !was_laid_out {
         return edited;
     }
-    let mut own = Sources::default();
-    let id = own.add(Source { name: String::new(), text: edited.clone() });
-    format(id, &own, &mut unread).unwrap_or(edited)
+    let mut sources_of_text = Sources::default();
+    let id = sources_of_text.add(Source { name: String::new(), text: edited.clone() });
+    format(id, &sources_of_text, &mut unread).unwrap_or(edited)
 }
 
 /// Formats a source. Fails only if it cannot be split into tokens.
@@ -43,13 +43,13 @@ pub fn format(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<String, Reported> {
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
-    let tokens = lexical::tokens(source, sources, &mut own);
-    for diagnostic in own.sorted() {
+    let tokens = lexical::tokens(source, sources, &mut problems);
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
 
     let mut lines = lines(text, &tokens);
     align(&mut lines);
@@ -186,12 +186,12 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
 
 /// The code in cells that begin at these tokens; the first begins at token 0.
 fn cells(text: &str, code: &[SpacedToken], starts: &[(Column, usize)]) -> Vec<(Column, String)> {
-    let mut all: Vec<(Column, String)> = Vec::new();
+    let mut cells: Vec<(Column, String)> = Vec::new();
     for (i, placed) in code.iter().enumerate() {
         let start = starts.iter().find(|(_, start)| *start == i).map(|(column, _)| *column);
-        match (start, all.last_mut()) {
-            (Some(column), _) => all.push((column, placed.token.text(text).to_owned())),
-            (None, None) => all.push((Column::Head, placed.token.text(text).to_owned())),
+        match (start, cells.last_mut()) {
+            (Some(column), _) => cells.push((column, placed.token.text(text).to_owned())),
+            (None, None) => cells.push((Column::Head, placed.token.text(text).to_owned())),
             (None, Some((_, cell))) => {
                 if placed.blank {
                     cell.push(' ');
@@ -200,7 +200,7 @@ fn cells(text: &str, code: &[SpacedToken], starts: &[(Column, usize)]) -> Vec<(C
             }
         }
     }
-    all
+    cells
 }
 
 /// The cells of a line that is an item, and its group.
@@ -227,7 +227,7 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
     let declared = 2 + 2 * points;
     let mut starts = Vec::new();
     let mut open = 0_usize;
-    let mut seen = Column::Head;
+    let mut last_column = Column::Head;
     let separator = if word(0) == "equation" { TokenKind::Colon } else { TokenKind::Equal };
     for (i, placed) in code.iter().enumerate() {
         let column = match placed.token.kind {
@@ -257,8 +257,8 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
             _ => continue,
         };
         let has_gap = code.get(column.1).is_some_and(|placed| placed.blank);
-        if open == 0 && column.0 > seen && has_gap {
-            seen = column.0;
+        if open == 0 && column.0 > last_column && has_gap {
+            last_column = column.0;
             starts.push(column);
         }
     }
@@ -306,8 +306,8 @@ fn write_columns(run: &mut [Line]) {
         let mut code = String::new();
         for (column, cell) in &line.cells {
             let (start, gap) = starts[*column as usize];
-            let at = length(&code);
-            let blanks = start.saturating_sub(at).max(gap);
+            let column = length(&code);
+            let blanks = start.saturating_sub(column).max(gap);
             code.extend(std::iter::repeat_n(' ', blanks));
             code.push_str(cell);
         }
@@ -356,9 +356,9 @@ fn joined(lines: &[Line]) -> String {
         out.extend(std::iter::repeat_n(' ', line.indent));
         out.push_str(&line.code);
         if !line.comment.is_empty() {
-            let at = line.indent + line.code.chars().count();
+            let column = line.indent + line.code.chars().count();
             let blanks =
-                if line.code.is_empty() { 0 } else { line.comment_column.saturating_sub(at) };
+                if line.code.is_empty() { 0 } else { line.comment_column.saturating_sub(column) };
             out.extend(std::iter::repeat_n(' ', blanks));
             out.push_str(&line.comment);
         }

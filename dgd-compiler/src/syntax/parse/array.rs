@@ -312,14 +312,14 @@ impl<'a> Reader<'a, '_> {
             (None, "when") => self.when(line, &mut docs).map(ItemKind::When),
             (None, "every") => self.every(line, &mut docs),
             _ => {
-                let own = match named_at {
+                let message = match named_at {
                     Some(named_at) => self.indices_of_loop(line, named_at, counters)?,
                     None => 0..0,
                 };
                 let without_index: Vec<Token> = line
                     .iter()
                     .enumerate()
-                    .filter(|(i, _)| !own.contains(i))
+                    .filter(|(i, _)| !message.contains(i))
                     .map(|(_, token)| *token)
                     .collect();
                 docs.extend(line.iter().filter(|token| token.kind == TokenKind::Doc));
@@ -370,28 +370,28 @@ impl<'a> Reader<'a, '_> {
         let brackets_at = (named_at + 1 + 2 * dots).min(line.len());
         let brackets = line[brackets_at..].iter().take_while(|t| t.kind == TokenKind::Index);
         let inside = |token: &Token| {
-            let own = token.text(self.text).strip_prefix('[')?.strip_suffix(']')?;
-            Some(own.trim().to_owned())
+            let inner = token.text(self.text).strip_prefix('[')?.strip_suffix(']')?;
+            Some(inner.trim().to_owned())
         };
-        let own: Vec<Option<String>> = brackets.map(inside).collect();
+        let written: Vec<Option<String>> = brackets.map(inside).collect();
         let wanted = counters.iter().map(|counter| Some(counter.index.text.clone()));
-        if own.into_iter().eq(wanted) {
+        if written.into_iter().eq(wanted) {
             return Some(brackets_at..brackets_at + counters.len());
         }
-        let at = line.get(brackets_at).or(line.get(1)).or(line.first())?;
+        let token = line.get(brackets_at).or(line.get(1)).or(line.first())?;
         let names: Vec<&str> = counters.iter().map(|c| c.index.text.as_str()).collect();
-        let all = format!("[{}]", names.join("]["));
+        let indices = format!("[{}]", names.join("]["));
         let message =
-            format!("what stands in a loop over `{}` ends in `{all}`", names.join("`, `"));
+            format!("what stands in a loop over `{}` ends in `{indices}`", names.join("`, `"));
         let words = line[..named_at.min(line.len())].iter();
         let words: Vec<&str> = words.map(|word| word.text(self.text)).collect();
         let help = if words.is_empty() {
-            format!("write `PART.INPUT{all} = …`")
+            format!("write `PART.INPUT{indices} = …`")
         } else {
-            format!("write `{} NAME{all}`", words.join(" "))
+            format!("write `{} NAME{indices}`", words.join(" "))
         };
         self.error(
-            Diagnostic::new(Code::E131, self.span(*at), message)
+            Diagnostic::new(Code::E131, self.span(*token), message)
                 .label(counters.first()?.index.span, "the loop's index")
                 .help(help),
         );

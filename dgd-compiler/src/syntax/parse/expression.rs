@@ -357,15 +357,15 @@ fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> Parsed<'a, E
 }
 
 fn arguments(mut input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
-    let mut all = Vec::new();
+    let mut arguments = Vec::new();
     if input.first() == Some(TokenKind::Close) {
-        return Ok((input, all));
+        return Ok((input, arguments));
     }
     loop {
         let (rest, argument) = boxed(input)?;
-        all.push(*argument);
+        arguments.push(*argument);
         if rest.first() != Some(TokenKind::Comma) {
-            return Ok((rest, all));
+            return Ok((rest, arguments));
         }
         input = rest.behind_first();
     }

@@ -94,8 +94,8 @@ fn no_item(input: Tokens<'_>) -> Diagnostic {
                 (None, Some(TokenKind::Equal)) => diagnostic
                     .help(format!("write `let {text} = …` or `equation LABEL: {text} = …`")),
                 (None, _) => {
-                    let all: Vec<&str> = keywords().collect();
-                    diagnostic.help(format!("items begin with one of: {}", all.join(", ")))
+                    let words: Vec<&str> = keywords().collect();
+                    diagnostic.help(format!("items begin with one of: {}", words.join(", ")))
                 }
             }
         }
@@ -411,7 +411,7 @@ pub(super) fn attributes<'a>(
     what: &str,
     mut input: Tokens<'a>,
 ) -> Parsed<'a, Vec<Attribute>> {
-    let mut all: Vec<(&str, Attribute)> = Vec::new();
+    let mut attributes: Vec<(&str, Attribute)> = Vec::new();
     if input.first() == Some(TokenKind::Comma) {
         let behind = input.behind_first();
         if ATTRIBUTES.iter().any(|(word, _)| behind.starts_with_word(word)) {
@@ -435,7 +435,7 @@ pub(super) fn attributes<'a>(
         let same = |earlier: &&(&str, Attribute)| {
             earlier.0 == word || is_sampling(earlier.0) && is_sampling(word)
         };
-        if let Some((earlier, first)) = all.iter().find(same) {
+        if let Some((earlier, first)) = attributes.iter().find(same) {
             let message = if *earlier == word {
                 format!("`{word}` is given twice")
             } else {
@@ -446,12 +446,15 @@ pub(super) fn attributes<'a>(
                     .label(first.span, "given here already"),
             );
         }
-        all.push((word, attribute));
+        attributes.push((word, attribute));
         match rest.first() {
             Some(TokenKind::Comma) => input = rest.behind_first(),
             Some(TokenKind::Name) => return rest.expected("`,` between attributes"),
             Some(_) | None => {
-                return Ok((rest, all.into_iter().map(|(_, attribute)| attribute).collect()));
+                return Ok((
+                    rest,
+                    attributes.into_iter().map(|(_, attribute)| attribute).collect(),
+                ));
             }
         }
     }

@@ -74,11 +74,11 @@ type Unsound = (Hole, Option<Item>);
 
 /// The valid items, the invalid ones, and the errors.
 fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics) {
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
-    let all = lexical::tokens(source, sources, &mut own);
-    let ends = lexical::item_ends(&all, text);
-    let tokens: Vec<Token> = all
+    let raw_tokens = lexical::tokens(source, sources, &mut problems);
+    let ends = lexical::item_ends(&raw_tokens, text);
+    let tokens: Vec<Token> = raw_tokens
         .into_iter()
         .zip(ends)
         .filter(|(token, ends_item)| match token.kind {
@@ -88,16 +88,16 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics)
         .map(|(token, _)| token)
         .collect();
 
-    let mut reader = Reader::new(source, text, &mut own);
+    let mut reader = Reader::new(source, text, &mut problems);
     reader.declared = Declared::of(&tokens, text);
     reader.unclosed = unclosed(&tokens);
     let items = reader.items(&tokens, 0);
     let (model, effect, holes) = (reader.model, reader.effect, reader.holes);
-    if items.is_empty() && model.is_none() && effect.is_none() && own.check().is_ok() {
+    if items.is_empty() && model.is_none() && effect.is_none() && problems.check().is_ok() {
         let span = Span { source, start: 0, end: 0 };
-        own.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
+        problems.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
     }
-    (Ast { source, model, effect, items, imports: Vec::new() }, holes, own)
+    (Ast { source, model, effect, items, imports: Vec::new() }, holes, problems)
 }
 
 /// Reads `name = value`, a setting from outside a model file.
@@ -106,16 +106,16 @@ pub fn parse_setting(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<(Name, Expr), Reported> {
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
-    let mut tokens = lexical::tokens(source, sources, &mut own);
+    let mut tokens = lexical::tokens(source, sources, &mut problems);
     tokens.retain(|token| token.kind != TokenKind::Newline);
-    let mut reader = Reader::new(source, text, &mut own);
+    let mut reader = Reader::new(source, text, &mut problems);
     let setting = reader.setting(&tokens);
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
     Ok(setting.unwrap_or_else(|| unreachable!("without a setting there is a diagnostic")))
 }
 

@@ -234,12 +234,12 @@ fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
 
 /// Conditions joined by `or`, up to the end.
 fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
-    let mut all = Vec::new();
+    let mut conditions = Vec::new();
     loop {
         let (rest, one) = condition(input)?;
-        all.push(one);
+        conditions.push(one);
         if rest.is_empty() {
-            return Ok((rest, all));
+            return Ok((rest, conditions));
         }
         if rest.starts_with_word("and") {
             let message = "what is watched is joined by `or` only";

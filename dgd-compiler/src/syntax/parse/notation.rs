@@ -40,8 +40,8 @@ impl<'a> Declared<'a> {
     fn label_for(&self, unknown: &str) -> String {
         let first = format!("der_{unknown}");
         let further = (2..).map(|n| format!("{first}_{n}"));
-        let mut all = std::iter::once(first.clone()).chain(further);
-        all.find(|label| !self.labels.contains(label.as_str())).unwrap_or(first)
+        let mut labels = std::iter::once(first.clone()).chain(further);
+        labels.find(|label| !self.labels.contains(label.as_str())).unwrap_or(first)
     }
 }
 
@@ -114,7 +114,7 @@ fn derivatives<'a>(
     declared: &Declared<'_>,
 ) -> Vec<Derivative<'a>> {
     use TokenKind::{Close, Name, Open, Prime, Slash};
-    let mut all = Vec::new();
+    let mut derivatives = Vec::new();
     for at in 0..item.len() {
         let rest = &item[at..];
         let kinds: Vec<TokenKind> = rest.iter().take(6).map(|token| token.kind).collect();
@@ -137,7 +137,7 @@ fn derivatives<'a>(
             _ => continue,
         };
         let span = rest[0].span(source).to(rest[length - 1].span(source));
-        all.push(Derivative { span, of, is_foreign, is_marked });
+        derivatives.push(Derivative { span, of, is_foreign, is_marked });
     }
-    all
+    derivatives
 }

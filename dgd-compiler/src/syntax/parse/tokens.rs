@@ -243,7 +243,7 @@ impl Stop<'_> {
         let Stop { at, expected, .. } = self;
         let span = at.span();
         let text = at.first_text();
-        let found = match at.first() {
+        let token = match at.first() {
             None => "the end of the item".to_owned(),
             Some(TokenKind::Number) => format!("the number `{text}`"),
             Some(TokenKind::Text) => "a text".to_owned(),
@@ -270,7 +270,7 @@ impl Stop<'_> {
             Some(_) => format!("`{text}`"),
         };
         let diagnostic =
-            Diagnostic::new(Code::E105, span, format!("expected {expected}, found {found}"));
+            Diagnostic::new(Code::E105, span, format!("expected {expected}, found {token}"));
         match at.first() {
             Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('*') => {
                 diagnostic.help("a power is written `a^b`")

@@ -60,9 +60,9 @@ impl Reader<'_, '_> {
             let before = &self.text[..span.start as usize];
             before.len() - before.rfind('\n').map_or(0, |line| line + 1)
         };
-        let own = column(brace);
+        let brace_column = column(brace);
         let mut inside = Vec::new();
-        while let Some(item) = items.pop_if(|item| column(item.span) > own) {
+        while let Some(item) = items.pop_if(|item| column(item.span) > brace_column) {
             inside.push(item);
         }
         for mut item in inside {
@@ -162,7 +162,7 @@ impl Reader<'_, '_> {
         {
             return None;
         }
-        let own = |token: &Token| Name {
+        let name_at = |token: &Token| Name {
             text: token.text(self.text).to_owned(),
             span: self.span(*token),
         };
@@ -179,7 +179,7 @@ impl Reader<'_, '_> {
         };
         let number = ExprKind::Number { value: 1.0, text: "1".to_owned(), unit: None };
         let value = Expr { span: self.span(*name), kind: number };
-        let (name, attributes) = (own(name), Vec::new());
+        let (name, attributes) = (name_at(name), Vec::new());
         let unknown = |declared| ItemKind::Unknown {
             declared,
             name: name.clone(),

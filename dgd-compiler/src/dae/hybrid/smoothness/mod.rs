@@ -73,7 +73,7 @@ pub(super) fn passage(
         return Passage::Smooth;
     }
     let mut comparison = Sides::new(graph, sizes, surface);
-    let mut found = comparison.compare(sides, true);
+    let mut passage = comparison.compare(sides, true);
     let on_surface = comparison.graph.symbols(surface);
     let unmet: Vec<(ExprId, bool)> = comparison
         .met
@@ -102,7 +102,7 @@ pub(super) fn passage(
         let replaced = graph.replace(sides, &truths);
         let sides = sides.map(|side| replaced[&side]);
         if sides[0] != sides[1] {
-            found = found.max(comparison.compare(sides, false));
+            passage = passage.max(comparison.compare(sides, false));
         }
         if unmet.len() == 1 {
             break;
@@ -113,7 +113,7 @@ pub(super) fn passage(
     let is_of_unknown =
         |symbol: &Symbol| symbol.is_of_unknown() || matches!(symbol, Symbol::DelayedUnknown(_));
     let moves_by_itself = !on_surface.iter().any(is_of_unknown);
-    found.unwrap_or(if moves_by_itself { Passage::Jump } else { Passage::Corner })
+    passage.unwrap_or(if moves_by_itself { Passage::Jump } else { Passage::Corner })
 }
 
 fn is_sign(node: Node) -> bool {

@@ -158,8 +158,8 @@ impl Point {
     }
 
     fn at(&self, symbol: Symbol) -> usize {
-        let found = self.keys.binary_search(&symbol.key());
-        found.unwrap_or_else(|_| unreachable!("{symbol:?} has a value"))
+        let index = self.keys.binary_search(&symbol.key());
+        index.unwrap_or_else(|_| unreachable!("{symbol:?} has a value"))
     }
 
     pub(super) fn value(&self, symbol: Symbol) -> f64 {
@@ -167,13 +167,13 @@ impl Point {
     }
 
     pub(super) fn set(&mut self, symbol: Symbol, value: f64) {
-        let at = self.at(symbol);
-        self.values[at] = value;
+        let position = self.at(symbol);
+        self.values[position] = value;
     }
 
     pub(super) fn size(&self, symbol: Symbol) -> f64 {
-        let at = self.at(symbol);
-        self.sizes[at].abs().max(self.values[at].abs())
+        let position = self.at(symbol);
+        self.sizes[position].abs().max(self.values[position].abs())
     }
 
     /// Evaluates the roots of a tape; `values` receives those of all its nodes.

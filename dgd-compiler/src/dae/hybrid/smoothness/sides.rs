@@ -112,10 +112,10 @@ impl<'a> Sides<'a> {
             let gradient = graph.gradient(e, |other| (other == symbol).then_some(0));
             gradient.first().map_or_else(|| graph.constant(0.0), |(_, slope)| *slope)
         });
-        let all = Tape::of(graph, [surface, e_v, above, below, above_v, below_v]);
+        let tape = Tape::of(graph, [surface, e_v, above, below, above_v, below_v]);
         let surface = Tape::of(graph, [surface, e_v]);
-        let (symbols, moving) = (all.symbols(), all.readers(symbol));
-        Direction { symbol, all, moving, surface, symbols }
+        let (symbols, moving) = (tape.symbols(), tape.readers(symbol));
+        Direction { symbol, all: tape, moving, surface, symbols }
     }
 
     /// Thresholds of conditions other than the surface's own: e, and ∂e/∂v for each symbol v that moves.

@@ -33,17 +33,17 @@ impl Readers {
         for (k, id) in ids.iter().enumerate() {
             let node = graph.node(*id);
             let reader = u32::try_from(k).unwrap_or(u32::MAX);
-            let mut all = true;
+            let mut is_plain = true;
             for operand in node.operands() {
-                let at = position(&operand);
-                all &= modes_only[at];
-                if read_by[at].last() != Some(&reader) {
-                    read_by[at].push(reader);
+                let index = position(&operand);
+                is_plain &= modes_only[index];
+                if read_by[index].last() != Some(&reader) {
+                    read_by[index].push(reader);
                 }
             }
             modes_only[k] = match node {
                 Node::Symbol(symbol) => matches!(symbol, Symbol::Discrete(_)),
-                _ => all,
+                _ => is_plain,
             };
         }
         let mut rows = vec![Vec::new(); ids.len()];
@@ -65,8 +65,8 @@ impl Readers {
     /// The expressions to examine for a surface with these switches, and the rows that it changes.
     pub(super) fn affected(&mut self, signs: &Signs) -> (Vec<ExprId>, Vec<usize>) {
         self.search += 1;
-        let found = signs.keys().filter_map(|id| self.ids.binary_search(id).ok());
-        let mut pending: Vec<usize> = found.collect();
+        let switches = signs.keys().filter_map(|id| self.ids.binary_search(id).ok());
+        let mut pending: Vec<usize> = switches.collect();
         let (mut whole, mut plain, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         let mut climbed = Vec::new();
         while let Some(k) = pending.pop() {

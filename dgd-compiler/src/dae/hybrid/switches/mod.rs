@@ -214,8 +214,8 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
         let side = graph.select(is_above, one, zero);
         let side = graph.subtract(side, alpha);
         let slides = in_mode(graph, z, SLIDING);
-        let held = held(graph, rate, index, z);
-        dae.unknowns[index as usize].rhs = graph.select(slides, held, side);
+        let sliding_rhs = held(graph, rate, index, z);
+        dae.unknowns[index as usize].rhs = graph.select(slides, sliding_rhs, side);
     }
 }
 

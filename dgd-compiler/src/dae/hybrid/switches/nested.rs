@@ -38,8 +38,8 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
 /// The first surface across which that of another switch jumps, and the rows that read both.
 fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
     let roots: Vec<ExprId> = dae.rows().collect();
-    let all = surfaces(dae, model, &roots, SurfaceKind::Common);
-    let of_switches: HashMap<ExprId, usize> = all
+    let candidates = surfaces(dae, model, &roots, SurfaceKind::Common);
+    let of_switches: HashMap<ExprId, usize> = candidates
         .iter()
         .enumerate()
         .flat_map(|(k, surface)| surface.signs.keys().map(move |id| (*id, k)))
@@ -51,7 +51,7 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
     };
     let mut readers: Option<Readers> = None;
     let (mut trial, sizes) = (dae.graph.clone(), Sizes::of(dae, model));
-    for outer in all.iter().filter(|outer| outer.signs.keys().any(chooses)) {
+    for outer in candidates.iter().filter(|outer| outer.signs.keys().any(chooses)) {
         let mut within: Vec<usize> = dae
             .graph
             .reachable([outer.e])
@@ -61,7 +61,7 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
         within.sort_unstable();
         within.dedup();
         for k in within {
-            let (e, signs) = (all[k].e, &all[k].signs);
+            let (e, signs) = (candidates[k].e, &candidates[k].signs);
             if passage(&mut trial, &sizes, outer.e, e, signs) < Passage::Jump {
                 continue;
             }

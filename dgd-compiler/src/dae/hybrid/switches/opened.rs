@@ -36,15 +36,15 @@ fn given(dae: &mut Dae, i: u32) -> Option<ExprId> {
     if dae.graph.value(unknown.mass) != Some(0.0) || !is_smooth(&dae.graph, rhs) {
         return None;
     }
-    let own = Symbol::Unknown(i);
+    let this = Symbol::Unknown(i);
     let graph = &mut dae.graph;
-    let gradient = graph.gradient(rhs, |symbol| (symbol == own).then_some(0));
+    let gradient = graph.gradient(rhs, |symbol| (symbol == this).then_some(0));
     let [(_, a)] = gradient[..] else { return None };
     if !graph.symbols(a).iter().all(|symbol| matches!(symbol, Symbol::Parameter(_))) {
         return None;
     }
     let zero = graph.constant(0.0);
-    let b = graph.substitute(rhs, |symbol| (symbol == own).then_some(zero));
+    let b = graph.substitute(rhs, |symbol| (symbol == this).then_some(zero));
     let minus = graph.negate(a);
     Some(graph.divide(b, minus))
 }

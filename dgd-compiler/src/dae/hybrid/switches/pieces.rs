@@ -114,8 +114,8 @@ fn counted(graph: &mut Graph, curve: &TableCurve, marks: &[f64], x: ExprId) -> E
         ends: *ends,
         limit: None,
     };
-    let at = graph.simplified(Node::Curve(CurveId::of(line), x));
-    let passed = graph.call1("floor", at);
+    let position = graph.simplified(Node::Curve(CurveId::of(line), x));
+    let passed = graph.call1("floor", position);
     let one = graph.constant(1.0);
     graph.add(passed, one)
 }

@@ -61,13 +61,13 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
         if !moving[&x].varies || moving[&x].sweeps || !curve.is_table() {
             return None;
         }
-        let at =
+        let arguments =
             if driven.drives(dae, x) { curve.curve.knots.to_vec() } else { curve.kinks.clone() };
-        (!at.is_empty()).then_some(Stops { curve, x, at })
+        (!arguments.is_empty()).then_some(Stops { curve, x, at: arguments })
     };
-    let mut seen = BTreeSet::new();
+    let mut known = BTreeSet::new();
     let mut knots: Vec<Stops> = of_rows.iter().copied().filter_map(stops).collect();
-    knots.retain(|stops| seen.insert((bits(&stops.at), stops.x)));
+    knots.retain(|stops| known.insert((bits(&stops.at), stops.x)));
     let limited = of_rows.into_iter().chain(of_outputs).filter(is_single);
     let limits = distinct(limited.filter(|read| read.0.get().limit.is_some()), |curve| {
         let text = curve.limit.iter().flat_map(|text| text.bytes().map(u64::from));
@@ -93,8 +93,8 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
 
 /// The first of each group that share an automaton.
 fn distinct(all: impl Iterator<Item = Read>, what: impl Fn(&TableCurve) -> Vec<u64>) -> Vec<Read> {
-    let mut seen = BTreeSet::new();
-    all.filter(|(curve, x)| seen.insert((what(curve.get()), *x))).collect()
+    let mut known = BTreeSet::new();
+    all.filter(|(curve, x)| known.insert((what(curve.get()), *x))).collect()
 }
 
 fn make_knots(dae: &mut Dae, model: &Model, curve: &TableCurve, at: &[f64], x: ExprId) {
@@ -113,8 +113,8 @@ fn make_knots(dae: &mut Dae, model: &Model, curve: &TableCurve, at: &[f64], x: E
     let name = format!("segment of {table}({})", super::written(dae, model, x));
     let graph = &mut dae.graph;
     let (z, one) = (graph.symbol(Symbol::Discrete(z)), graph.constant(1.0));
-    let at = graph.simplified(Node::Curve(line, x));
-    let above = graph.subtract(at, z);
+    let position = graph.simplified(Node::Curve(line, x));
+    let above = graph.subtract(position, z);
     let beyond = graph.subtract(above, one);
     dae.automata.push(of_two(AutomatonKind::Knots, name, beyond, above));
 }

@@ -69,13 +69,13 @@ fn passage_of_rows(
         return Some(Passage::Jump);
     }
     let row = steps::with_switched_angles(dae, model, row);
-    let found = surfaces(dae, model, &[row], SurfaceKind::OfRows);
-    if found.is_empty() {
+    let candidates = surfaces(dae, model, &[row], SurfaceKind::OfRows);
+    if candidates.is_empty() {
         return None;
     }
     let may_have_pieces = !differential && is_total(&dae.graph, row);
     let mut trial = dae.graph.clone();
-    let acting = found.iter().filter_map(|surface| {
+    let acting = candidates.iter().filter_map(|surface| {
         let here = passage(&mut trial, sizes, row, surface.e, &surface.signs);
         let acts = match here {
             Passage::Jump => true,
