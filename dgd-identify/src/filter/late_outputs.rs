@@ -1,10 +1,10 @@
-//! Outputs that are read late: what they were, from what is remembered.
+//! Delayed outputs, evaluated from remembered values.
 //!
 //! ```text
 //!   w(t) = E(s),  s = t − τ:   ∂w/∂δ_j = ∂E/∂y hat_j(s),   ∂w/∂θ = ∂E/∂θ − ẇ ∂τ/∂θ
 //! ```
 //!
-//! with ẇ along the past. Before the first row all is as in it.
+//! with ẇ along the past. Before the first row all values are those of the first row.
 
 use std::borrow::Cow;
 
@@ -18,7 +18,7 @@ use super::error::FilterError;
 use super::remembered::Remembered;
 use crate::error::TrialFailure;
 
-/// Outputs that are read late, and of which unknowns.
+/// Delayed outputs, with the unknowns that they read.
 pub(super) struct LateOutputs {
     outputs: Vec<LateOutput>,
 }
@@ -30,7 +30,7 @@ struct LateOutput {
     unknowns: Vec<usize>,
 }
 
-/// What the late outputs were at one time.
+/// The values of the delayed outputs at one time.
 pub(super) struct Readings<'a> {
     problem: &'a ModelProblem<'a>,
     here: Point<'a>,
@@ -38,7 +38,7 @@ pub(super) struct Readings<'a> {
     all: Vec<(&'a LateOutput, Reading)>,
 }
 
-/// What one of them read.
+/// The value of one of them.
 struct Reading {
     t: f64,
     y: Vec<f64>,
@@ -50,7 +50,7 @@ struct Reading {
 impl LateOutputs {
     /// # Errors
     ///
-    /// [`FilterError::NotFollowed`] for outputs that read what is yet to come.
+    /// [`FilterError::NotFollowed`] for outputs that read future values.
     pub(super) fn new(system: &dyn Model, p: &[f64]) -> Result<Self, FilterError> {
         let signature = system.signature();
         let inputs = Inputs::none();
@@ -75,7 +75,7 @@ impl LateOutputs {
         self.outputs.iter().flat_map(|late| late.unknowns.iter().copied())
     }
 
-    /// What they were; of the point `here` the inputs are not looked at.
+    /// Their values; the inputs of the point `here` are not used.
     pub(super) fn read<'a>(
         &'a self,
         problem: &'a ModelProblem<'a>,
@@ -93,7 +93,7 @@ impl LateOutputs {
 }
 
 impl Readings<'_> {
-    /// Replaces what the outputs are by what they were.
+    /// Replaces current outputs by their delayed values.
     pub(super) fn write(&self, w: &mut [f64]) {
         let mut all = vec![0.0; w.len()];
         for (late, was) in &self.all {
@@ -156,7 +156,7 @@ fn inputs_read<'p>(problem: &'p ModelProblem<'_>) -> Result<Cow<'p, Inputs>, Tri
     problem.inputs_read().map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))
 }
 
-/// What was `tau` before a point; unknowns that are not remembered are as they are there.
+/// The values a time `tau` before a point; unknowns that are not remembered have their current values.
 fn reading(inputs: &Inputs, here: Point<'_>, tau: f64, past: &Remembered) -> Reading {
     let t = here.t - tau.max(0.0);
     let (mut y, mut ydot) = (here.y.to_vec(), vec![0.0; here.y.len()]);

@@ -1,9 +1,9 @@
-//! Which readings give the unknowns that an equation reads.
+//! Chooses the readings that give the unknowns of an equation.
 //!
-//! One after the other, the simplest first: an output, or another algebraic equation, that reads a single unknown which is
-//! not yet given, gives it. Of several outputs that read equally few unknowns all are used, weighted by their noise.
-//! Further ones are left out, as their equations need not be right. Where nothing reads a single one, all of
-//! them are solved at once.
+//! The simplest first, one by one: an output, or another algebraic equation, that reads a single unknown without a
+//! source so far becomes its source. Several outputs that read equally few unknowns are all used, weighted by their
+//! noise. Further equations are not used because they may be wrong. If none reads a single unknown, all equations are
+//! solved together.
 
 use dgd_runtime::Pattern;
 
@@ -15,22 +15,22 @@ use crate::regression::known::Sensors;
 pub struct Signal {
     /// Position of the unknown.
     pub unknown: usize,
-    /// What gives it.
+    /// Its sources.
     pub sources: Vec<Source>,
 }
 
-/// What gives an unknown.
+/// A source of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The output at this position.
     Output(usize),
-    /// The equation at this position, from unknowns that are given.
+    /// The equation at this position, from unknowns with sources.
     Equation(usize),
-    /// Everything that was measured, with all algebraic equations.
+    /// All measured values, with all algebraic equations.
     Together,
 }
 
-/// An equation, and how its unknowns are known.
+/// An equation, and the sources of its unknowns.
 pub(super) struct Chosen {
     pub(super) equation: usize,
     /// All unknowns that it reads.
@@ -89,14 +89,14 @@ fn reads(pattern: &Pattern, row: usize) -> Vec<usize> {
     all
 }
 
-/// What may give unknowns, with those that each reads.
+/// Possible sources, with the unknowns that each reads.
 struct Sources<'a> {
     problem: &'a InversionProblem<'a>,
     all: Vec<(Source, Vec<usize>)>,
 }
 
 impl<'a> Sources<'a> {
-    /// Outputs that were measured, and algebraic equations besides those in which something is missing.
+    /// Measured outputs, and algebraic equations other than those with the missing term.
     fn new(problem: &'a InversionProblem<'a>, own: &[usize]) -> Self {
         let signature = problem.system.signature();
         let is_measured = |i: &usize| {
@@ -117,7 +117,7 @@ impl<'a> Sources<'a> {
         Sources { problem, all }
     }
 
-    /// Unknowns of a compiled equation: those that it reads, and the one whose slope it is.
+    /// Unknowns of a compiled equation: those that it reads, and the one whose derivative it gives.
     fn needs(&self, row: usize) -> Vec<usize> {
         let signature = self.problem.system.signature();
         let mut needs = reads(&signature.jacobian, row);
@@ -139,13 +139,13 @@ impl<'a> Sources<'a> {
                 open.next().is_none().then_some((reads.len(), *source, only))
             });
             let single: Vec<(usize, Source, usize)> = single.collect();
-            // The simplest, and of two alike readings before equations.
+            // The simplest; readings before equations of the same complexity.
             let rank = |(reads, source, _): &(usize, Source, usize)| {
                 (*reads, !matches!(source, Source::Output(_)))
             };
             let Some(first) = single.iter().map(rank).min() else { return given };
             for (_, source, only) in single.iter().filter(|one| rank(one) == first) {
-                // An equation more would be a contradiction, not a reading.
+                // An additional equation would be a contradiction, not a reading.
                 if first.1 && !given[*only].is_empty() {
                     continue;
                 }
@@ -154,7 +154,7 @@ impl<'a> Sources<'a> {
         }
     }
 
-    /// Also what all of them together may give.
+    /// Adds the sources that all equations together may be.
     fn together(&self, mut given: Vec<Vec<Source>>) -> Vec<Vec<Source>> {
         let mut read = vec![false; given.len()];
         let mut count = 0;
@@ -165,7 +165,7 @@ impl<'a> Sources<'a> {
                 read[i] = true;
             }
         }
-        // Fewer equations than unknowns determine some of them at most, which the samples will tell.
+        // Fewer equations than unknowns determine only some of them; the samples decide which.
         if count > 0 {
             for (own, _) in
                 given.iter_mut().zip(&read).filter(|(own, read)| **read && own.is_empty())
@@ -177,7 +177,7 @@ impl<'a> Sources<'a> {
     }
 
     fn chosen(&self, equation: usize, needs: Vec<usize>, given: &[Vec<Source>]) -> Chosen {
-        // What gives what the equation reads, and what gives that.
+        // Sources of the unknowns of the equation, and sources of these.
         let mut wanted = needs.clone();
         let mut used: Vec<Source> = Vec::new();
         let mut k = 0;

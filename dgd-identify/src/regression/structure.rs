@@ -1,30 +1,28 @@
-//! Which parameters enter linearly.
+//! Finds the parameters that enter linearly.
 //!
-//! Residuals are linear in a set of parameters if no derivative to one of the set changes when
-//! parameters of the set are moved. That is found out by moving them, one at a time from two points, and
-//! comparing derivatives over the samples: what the samples do not show makes no difference to a
-//! regression on them.
+//! Residuals are linear in a set of parameters if no derivative with respect to one of the set changes when parameters
+//! of the set are moved. This is tested by moving them, one at a time from two points, and comparing derivatives over
+//! the samples: nonlinearity that the samples do not show is irrelevant to a regression on them.
 //!
-//! An equation with a common factor, as ẏ = F(p)/M, is multiplied by it where more parameters enter
-//! linearly then.
+//! An equation with a common factor, such as ẏ = F(p)/M, is multiplied by it if more parameters then enter linearly.
 
 use dgd_runtime::for_identify::parameter_size;
 use dgd_runtime::model::Model;
 
 use crate::regression::rows::{RowOf, Rows};
 
-/// Samples at which derivatives are compared, about.
+/// Approximate number of samples at which derivatives are compared.
 const COMPARED: usize = 200;
-/// Derivatives that change by less than this part of their largest value do not change.
+/// Derivatives that change by less than this fraction of their largest value are constant.
 const ROUNDING: f64 = 1e-9;
-/// How far points lie from the first one, and moved parameters from the points, in sizes.
+/// Distance of points from the first one, and of moved parameters from the points, in sizes.
 const SHIFTS: [f64; 2] = [0.0, 0.17];
 const MOVE: f64 = 0.37;
-/// Up to so many parameters the largest linear set is looked for by trying all.
+/// Up to this many parameters the largest linear set is found by exhaustive search.
 const MOST_TRIED: usize = 16;
 
-/// For each free parameter, whether it is in the largest set in which all rows are linear. Rows get the
-/// multipliers that they need.
+/// For each free parameter, whether it is in the largest set in which all rows are linear. Sets the multipliers of rows
+/// that this requires.
 pub(crate) fn find_linear(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64]) -> Vec<bool> {
     let n = rows.free.len();
     let points = SHIFTS.map(|shift| Neighbourhood::of(system, rows, p, shift));
@@ -66,7 +64,7 @@ fn table(n: usize, pairs: &[(usize, usize)]) -> Vec<Vec<bool>> {
     table
 }
 
-/// A row kind in which a parameter does not enter linearly, whatever the others do.
+/// A kind of row in which a parameter does not enter linearly, whatever the others are.
 pub(crate) fn where_nonlinear(
     system: &dyn Model,
     rows: &mut Rows<'_>,
@@ -132,7 +130,7 @@ impl Evaluated {
         visited.is_ok().then_some(evaluated)
     }
 
-    /// The derivatives of a kind to parameter j of n, multiplied by the m-th, which is `factor`.
+    /// The derivatives of a kind with respect to parameter j of n, multiplied by the m-th, which is `factor`.
     fn derivatives(
         &self,
         kind: usize,
@@ -148,12 +146,12 @@ impl Evaluated {
     }
 }
 
-/// A parameter moved by a part of its size, within its bounds.
+/// A parameter moved by a fraction of its size, within its bounds.
 fn moved_by(system: &dyn Model, i: usize, value: f64, part: f64) -> f64 {
     let parameter = &system.signature().parameters[i];
     let step = part * parameter_size(&system, i);
     let within = |value: &f64| parameter.lower <= *value && *value <= parameter.upper;
-    // Where the bounds leave no room for the step, to the one further away.
+    // If the bounds leave no room for the step, to the more distant one.
     let further = if parameter.upper - value >= value - parameter.lower {
         parameter.upper
     } else {
@@ -162,7 +160,7 @@ fn moved_by(system: &dyn Model, i: usize, value: f64, part: f64) -> f64 {
     [value + step, value - step].into_iter().find(within).unwrap_or(further)
 }
 
-/// Pairs (j, k) of parameters for which the derivatives of a kind to the j-th change with the k-th.
+/// Pairs (j, k) of parameters for which the derivatives of a kind with respect to the j-th change with the k-th.
 fn conflicts_of(
     points: &[Neighbourhood],
     rows: &Rows<'_>,
@@ -197,13 +195,12 @@ fn conflicts_of(
     found
 }
 
-/// The largest set without a conflict, the first of several; for many parameters one that cannot be
-/// made larger.
+/// The largest set without a conflict, the first of several; for many parameters one that cannot be extended.
 fn largest_set(conflicts: &[Vec<bool>]) -> Vec<bool> {
     let n = conflicts.len();
     let fits = |set: &[bool], j: usize| !(0..n).any(|k| (set[k] || k == j) && conflicts[j][k]);
     let mut best = vec![false; n];
-    // Those with the fewest conflicts first.
+    // Parameters with the fewest conflicts first.
     let mut order: Vec<usize> = (0..n).filter(|j| !conflicts[*j][*j]).collect();
     order.sort_by_key(|j| conflicts[*j].iter().filter(|conflict| **conflict).count());
     for j in order {

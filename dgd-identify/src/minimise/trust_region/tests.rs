@@ -1,4 +1,4 @@
-//! Problems whose minimum is known.
+//! Problems with known minima.
 
 use super::*;
 
@@ -40,9 +40,8 @@ fn a_curved_valley_is_followed_to_its_end() {
     }
 }
 
-/// Misra1a of the NIST Statistical Reference Datasets, y = b1 (1 − exp(−b2 x)): certified to 11
-/// digits. The model's logarithmic relative error at this condition is a few units of 1e-9 with the
-/// default rule.
+/// Misra1a of the NIST Statistical Reference Datasets, y = b1 (1 − exp(−b2 x)): certified to 11 digits. The model's
+/// logarithmic relative error at this condition is a few units of 1e-9 with the default rule.
 #[test]
 fn misra1a_has_its_certified_values() {
     let data = [
@@ -90,24 +89,24 @@ fn at_a_bound_the_others_converge_as_without_it() {
     assert_eq!(found.x[0], 0.5);
     assert!((found.x[1] - 0.25).abs() < 1e-8, "{:?}", found.x);
     assert!(found.termination.is_converged());
-    // A bound that is met on the way only does not hold: the first full step goes to x₂ = −3.84.
+    // A bound that is only met on the way does not hold: the first full step goes to x₂ = −3.84.
     let found = solve([-1.2, 1.0], &[ANYWHERE, (0.0, 1.0)], rosenbrock);
     for x in &found.x {
         assert!((x - 1.0).abs() < 1e-6, "{:?}", found.x);
     }
-    // Both held: nothing is left to do.
+    // Both fixed: nothing is left to do.
     let found = solve([0.0, 2.0], &[(0.0, 0.0), (2.0, 2.0)], rosenbrock);
     assert_eq!((found.x, found.evaluations), (vec![0.0, 2.0], 0));
 }
 
 #[test]
 fn what_is_not_determined_stays_near_the_start() {
-    // Only the sum is seen; the step of least size keeps the difference.
+    // Only the sum has influence; the smallest step keeps the difference.
     let rows = |x: &[f64]| vec![(x[0] + x[1] - 5.0, [1.0, 1.0]), (x[0] + x[1] - 5.0, [1.0, 1.0])];
     let found = solve([1.0, 2.0], &[ANYWHERE; 2], rows);
     assert!(found.termination.is_converged());
     assert!((found.x[0] - 2.0).abs() < 1e-6 && (found.x[1] - 3.0).abs() < 1e-6, "{:?}", found.x);
-    // A variable without any influence is left alone.
+    // A variable without any influence is not moved.
     let found = solve([1.0, 7.0], &[ANYWHERE; 2], |x| vec![(x[0] - 4.0, [1.0, 0.0])]);
     assert!((found.x[0] - 4.0).abs() < 1e-8);
     assert_eq!(found.x[1], 7.0);
@@ -155,7 +154,7 @@ fn the_limit_of_evaluations_is_kept() {
     assert_eq!((found.termination, found.evaluations), (Termination::EvaluationLimit, 3));
 }
 
-/// Decays x = exp(−t eᶻ) at t = 1 .. 100 against those of a rate 0.3, from far too slow a one.
+/// Decays x = exp(−t eᶻ) at t = 1 .. 100 compared with those of a rate 0.3, starting from far too slow a one.
 fn decay(x: &[f64]) -> Vec<(f64, [f64; 1])> {
     let row = |t: i32| {
         let at = f64::from(t) * x[0].exp();
@@ -181,7 +180,7 @@ fn steps_of_limited_reach_do_not_leap_over_a_minimum() {
 
 #[test]
 fn a_plain_among_bounds_is_no_minimum() {
-    // The slope is rounding: nothing changes along it.
+    // The slope is rounding error: nothing changes along it.
     let found = solve([0.0], &[(-9.0, 9.0)], |_| vec![(1.0, [1e-9])]);
     assert_eq!(found.termination, Termination::Flat);
     assert!(!found.termination.is_converged());
@@ -189,14 +188,14 @@ fn a_plain_among_bounds_is_no_minimum() {
 
 #[test]
 fn a_far_bound_is_not_leapt_to() {
-    // The first step would go eight decades, to the bound, where all has decayed.
+    // The first step would go eight decades, to the bound, where the solution has decayed completely.
     let found = search(f64::INFINITY, 1e-4_f64.ln());
     assert!((found.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", found.x);
 }
 
 #[test]
 fn the_slope_of_a_plain_leads_down_from_it() {
-    // exp(−40 t) changes Σ r² by 1e-17 of itself; ten times slower lies the edge of the plain.
+    // exp(−40 t) changes Σ r² by a relative 1e-17; the edge of the plateau is ten times slower.
     let found = search(10_f64.ln(), 40_f64.ln());
     assert!(found.termination.is_converged(), "{:?}", found.termination);
     assert!((found.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", found.x);
@@ -204,7 +203,7 @@ fn the_slope_of_a_plain_leads_down_from_it() {
 
 #[test]
 fn what_has_no_influence_yet_but_rounding_stays_near_the_start() {
-    // The second variable acts through the first, which is nothing at the start.
+    // The second variable acts through the first, which is zero at the start.
     let rows = |x: &[f64]| {
         let rounding = 1e-11;
         vec![(1.0 - x[0], [-1.0, 0.0]), (3.0 + x[0] * (x[1] - 5.0), [x[1] - 5.0, x[0] + rounding])]
@@ -220,7 +219,7 @@ fn what_has_no_influence_yet_but_rounding_stays_near_the_start() {
     }
 }
 
-/// Brown's and Dennis' problem, of large residuals (Moré, Garbow, Hillstrom, ACM TOMS 7 (1981) 17, number 16).
+/// The Brown–Dennis problem, with large residuals (Moré, Garbow, Hillstrom, ACM TOMS 7 (1981) 17, number 16).
 fn brown_dennis(x: &[f64]) -> Vec<(f64, [f64; 4])> {
     let row = |i: i32| {
         let t = f64::from(i) / 5.0;
@@ -234,7 +233,7 @@ fn brown_dennis(x: &[f64]) -> Vec<(f64, [f64; 4])> {
 fn large_residuals_do_not_slow_it_down() {
     let found = solve([25.0, 5.0, -5.0, -1.0], &[ANYWHERE; 4], brown_dennis);
     assert!(found.termination.is_converged(), "{:?}", found.termination);
-    // The collection's value; Gauss and Newton's steps alone take some two hundred evaluations to it.
+    // The collection's value; pure Gauss–Newton steps need some two hundred evaluations to reach it.
     assert!((found.at.cost - 85_822.2).abs() < 0.05, "{}", found.at.cost);
     assert!(found.evaluations < 40, "{}", found.evaluations);
 }
@@ -255,7 +254,7 @@ fn a_failed_trial_quarters_the_radius() {
     };
     let lengths: Vec<f64> = tried.borrow().iter().map(length).collect();
     for pair in lengths.windows(2) {
-        // Within a tenth, as lengths are.
+        // Within a tenth, the tolerance of lengths.
         assert!((pair[1] / pair[0] / 0.25 - 1.0).abs() <= 0.15, "{lengths:?}");
     }
 }
@@ -283,7 +282,7 @@ fn no_step_that_helps_is_a_stall_and_no_minimum() {
     let found = minimise(vec![1.0], at, &[ANYWHERE], &rule, evaluate);
     assert_eq!(found.termination, Termination::Stalled);
     assert!(!found.termination.is_converged());
-    // Nor is one whose sum has jumps that are larger than what steps promise.
+    // Nor is a sum with jumps that are larger than the predicted reductions.
     let coarse = |x: &[f64]| {
         let mut at = normal(&[(1.0, [0.0]), (x[0], [1.0])]);
         at.cost = (at.cost * 1e3 + 0.5).ceil() / 1e3;
@@ -292,13 +291,13 @@ fn no_step_that_helps_is_a_stall_and_no_minimum() {
     let at = coarse(&[0.02]).expect("defined");
     let found = minimise(vec![0.02], at.clone(), &[ANYWHERE], &rule, coarse);
     assert_eq!(found.termination, Termination::Stalled, "{found:?}");
-    // Where it is said how exactly it is known, that is the minimum.
+    // With a given accuracy of the sum, it is the minimum.
     let rule = StoppingRule { accuracy: 1e-3, ..rule };
     let found = minimise(vec![0.02], at, &[ANYWHERE], &rule, coarse);
     assert_eq!(found.termination, Termination::Reduction, "{found:?}");
 }
 
-/// Jennrich and Sampson's problem, of large residuals (Moré, Garbow, Hillstrom, number 6).
+/// The Jennrich–Sampson problem, with large residuals (Moré, Garbow, Hillstrom, number 6).
 fn jennrich_sampson(x: &[f64]) -> Vec<(f64, [f64; 2])> {
     let row = |i: i32| {
         let k = f64::from(i);

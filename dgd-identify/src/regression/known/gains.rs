@@ -1,4 +1,4 @@
-//! How far unknowns move with the readings that give them.
+//! Sensitivity of unknowns to the readings that determine them.
 
 use dgd_runtime::Point;
 use dgd_runtime::for_identify::unknown_sizes;
@@ -7,24 +7,24 @@ use nalgebra::DMatrix;
 
 use super::{Inverse, Known, Sensors, Solver};
 
-/// By how much unknowns are off where outputs are.
+/// The sensitivity of unknowns to errors of outputs.
 pub(crate) struct Gains<'a> {
     solver: Solver<'a>,
     sizes: Vec<f64>,
-    /// Values that stand in for unknowns that are not known.
+    /// Values that replace unknowns that are not known.
     guess: Vec<f64>,
 }
 
 impl<'a> Gains<'a> {
-    /// Close to `guess`.
+    /// The sensitivities near `guess`.
     pub(crate) fn new(system: &'a dyn Model, sensors: &'a Sensors, guess: Vec<f64>) -> Self {
         let mut sizes = vec![0.0; guess.len()];
         unknown_sizes(&system, &guess, &mut sizes);
         Self { solver: Solver::new(system, sensors, sizes.clone()), sizes, guess }
     }
 
-    /// What each unknown moves by, SI, for an error of one standard deviation of each output that was measured
-    /// at sample k: n × outputs.
+    /// The error of each unknown, SI, for an error of one standard deviation of each output that was measured at sample
+    /// k: n × outputs.
     pub(crate) fn at(
         &mut self,
         known: &Known,
