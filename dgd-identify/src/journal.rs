@@ -265,11 +265,11 @@ impl<T: Kept> Kept for Vec<T> {
     fn read(bytes: &mut &[u8]) -> Option<Self> {
         let length = usize::read(bytes)?;
         // Reserves no more than possible: each element takes at least one byte.
-        let mut all = Vec::with_capacity(length.min(bytes.len()));
+        let mut values = Vec::with_capacity(length.min(bytes.len()));
         for _ in 0..length {
-            all.push(T::read(bytes)?);
+            values.push(T::read(bytes)?);
         }
-        Some(all)
+        Some(values)
     }
 }
 
@@ -292,8 +292,8 @@ impl<T: Kept, const N: usize> Kept for [T; N] {
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
-        let all: Option<Vec<T>> = (0..N).map(|_| T::read(bytes)).collect();
-        all?.try_into().ok()
+        let values: Option<Vec<T>> = (0..N).map(|_| T::read(bytes)).collect();
+        values?.try_into().ok()
     }
 }
 

@@ -290,7 +290,7 @@ pub(crate) fn sums(
     let SumsOf { columns, counting } = of;
     let n_w = observations.n_w;
     let mut slopes = Slopes::of(columns);
-    let mut all = Vec::with_capacity(n_w);
+    let mut sums_of_outputs = Vec::with_capacity(n_w);
     for (output, counting) in counting.iter().copied().enumerate() {
         let mut sums = Sums::zeros(columns.len(), counting);
         for (k, measured) in recording.counted(output) {
@@ -301,9 +301,9 @@ pub(crate) fn sums(
                 return Err(spoilt.failure(output_name(output), recording.times[k]));
             }
         }
-        all.push(sums);
+        sums_of_outputs.push(sums);
     }
-    Ok(all)
+    Ok(sums_of_outputs)
 }
 
 /// ∂w/∂z of one output.
@@ -365,10 +365,10 @@ impl Sample<'_> {
             sums.add(e, of_output, counting);
             return None;
         };
-        let seen = Seen { measured, simulated: w[output], sigma: counting.deviation(k, w) };
+        let reading = Seen { measured, simulated: w[output], sigma: counting.deviation(k, w) };
         let shape = counting.shape();
         let spoilt =
-            seen.spoilt(distribution).or_else(|| shape.and_then(|shape| shape.spoilt(seen)));
+            reading.spoilt(distribution).or_else(|| shape.and_then(|shape| shape.spoilt(reading)));
         if spoilt.is_none() {
             if !columns.is_empty() {
                 write_slopes(dw, w.len(), output, columns, of_output);
@@ -381,15 +381,15 @@ impl Sample<'_> {
             let term = match shape {
                 Some(shape) => {
                     // The scale accounts for the dependence of σ on the output.
-                    let growth = seen.sigma * shape.growth(seen.simulated);
+                    let growth = reading.sigma * shape.growth(reading.simulated);
                     for (of_sigma, of_output) in of_sigma.iter_mut().zip(&*of_output) {
                         *of_sigma -= growth * of_output;
                     }
-                    shape.term(seen, distribution)
+                    shape.term(reading, distribution)
                 }
-                None => seen.term(distribution),
+                None => reading.term(distribution),
             };
-            sums.add_likely(seen, term, distribution, of_output, of_sigma);
+            sums.add_likely(reading, term, distribution, of_output, of_sigma);
         }
         spoilt
     }

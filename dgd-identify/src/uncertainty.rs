@@ -116,21 +116,21 @@ impl Uncertainty {
     pub(super) fn new(information: &DMatrix<f64>, held: &[bool], cutoff: f64) -> Self {
         let n = held.len();
         let mut undetermined = Vec::new();
-        let mut seen = Vec::new();
+        let mut kept = Vec::new();
         for i in (0..n).filter(|i| !held[*i]) {
             if information[(i, i)] > 0.0 && information[(i, i)].is_finite() {
-                seen.push(i);
+                kept.push(i);
             } else {
                 let terms = vec![Term { estimate: i, change: 1.0 }];
                 undetermined.push(Undetermined { terms });
             }
         }
-        let size = DVector::from_fn(seen.len(), |i, _| information[(seen[i], seen[i])].sqrt());
-        let scaled = DMatrix::from_fn(seen.len(), seen.len(), |i, j| {
-            information[(seen[i], seen[j])] / (size[i] * size[j])
+        let size = DVector::from_fn(kept.len(), |i, _| information[(kept[i], kept[i])].sqrt());
+        let scaled = DMatrix::from_fn(kept.len(), kept.len(), |i, j| {
+            information[(kept[i], kept[j])] / (size[i] * size[j])
         });
         let (vectors, values) = eigen(scaled);
-        Self::from_spectrum(n, &seen, &size, &vectors, &values, cutoff, undetermined)
+        Self::from_spectrum(n, &kept, &size, &vectors, &values, cutoff, undetermined)
     }
 
     /// From R of the weighted residuals' Jacobian, JᵀJ = RᵀR, whose singular values keep the digits that its square has
@@ -138,28 +138,28 @@ impl Uncertainty {
     pub(super) fn of_triangle(r: &DMatrix<f64>, held: &[bool], cutoff: f64) -> Self {
         let n = held.len();
         let mut undetermined = Vec::new();
-        let mut seen = Vec::new();
+        let mut kept = Vec::new();
         for i in (0..n).filter(|i| !held[*i]) {
             if r.column(i).norm() > 0.0 {
-                seen.push(i);
+                kept.push(i);
             } else {
                 let terms = vec![Term { estimate: i, change: 1.0 }];
                 undetermined.push(Undetermined { terms });
             }
         }
-        let size = DVector::from_fn(seen.len(), |i, _| r.column(seen[i]).norm());
-        let mut scaled = r.select_columns(&seen);
+        let size = DVector::from_fn(kept.len(), |i, _| r.column(kept[i]).norm());
+        let mut scaled = r.select_columns(&kept);
         for (j, size) in size.iter().enumerate() {
             scaled.column_mut(j).unscale_mut(*size);
         }
         let (mut vectors, mut values) = (DMatrix::zeros(0, 0), DVector::zeros(0));
-        if !seen.is_empty()
+        if !kept.is_empty()
             && let SVD { v_t: Some(v_t), singular_values, .. } = scaled.svd(false, true)
         {
             vectors = v_t.transpose();
             values = singular_values.map(|value| value * value);
         }
-        Self::from_spectrum(n, &seen, &size, &vectors, &values, cutoff * cutoff, undetermined)
+        Self::from_spectrum(n, &kept, &size, &vectors, &values, cutoff * cutoff, undetermined)
     }
 
     /// From the eigenvectors and eigenvalues of the scaled information matrix over the `seen` combinations, and the
@@ -204,13 +204,13 @@ impl Uncertainty {
         let covariance = DMatrix::from_fn(determined.len(), determined.len(), |a, b| {
             inverse(determined[a], determined[b])
         });
-        let mut all = DMatrix::zeros(n, n);
+        let mut full = DMatrix::zeros(n, n);
         for (a, i) in seen.iter().enumerate() {
             for (b, j) in seen.iter().enumerate() {
-                all[(*i, *j)] = inverse(a, b);
+                full[(*i, *j)] = inverse(a, b);
             }
         }
-        Self { places, covariance, seen: all, undetermined, worth: vec![1.0; n] }
+        Self { places, covariance, seen: full, undetermined, worth: vec![1.0; n] }
     }
 
     /// Covariance of two variables, if both are determined.

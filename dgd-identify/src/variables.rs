@@ -223,9 +223,9 @@ impl Variables {
         given: &[(usize, f64)],
         z: &[f64],
     ) -> Vec<(usize, f64)> {
-        let own = self.n_shared + recording * self.n_start;
+        let first = self.n_shared + recording * self.n_start;
         let mut starts = given.to_vec();
-        for (variable, z) in self.all.iter().zip(z).skip(own).take(self.n_start) {
+        for (variable, z) in self.all.iter().zip(z).skip(first).take(self.n_start) {
             if let Direction::Start(i) = variable.of {
                 starts.retain(|(unknown, _)| *unknown != i);
                 starts.push((i, variable.value(*z)));
@@ -254,7 +254,7 @@ pub(crate) fn first_start(
     let problem =
         Problem { system: &system, p, inputs: &recording.inputs, start: &recording.start };
     let z = discrete_numbers(&system, p, t);
-    let at = Point { t, y: &[], u: u.as_ref(), p, z: &z };
-    start_values(&problem, at, &mut y).map_err(failed)?;
+    let point = Point { t, y: &[], u: u.as_ref(), p, z: &z };
+    start_values(&problem, point, &mut y).map_err(failed)?;
     Ok(y)
 }

@@ -29,7 +29,7 @@ struct Server<'a> {
     connection: &'a Connection,
     files: Files,
     columns: Columns,
-    /// Documents changed since they were analysed, and since their other variants were.
+    /// Documents changed since their last analysis, and since that of their other variants.
     changed: BTreeSet<String>,
     unfinished: BTreeSet<String>,
     analyses: BTreeMap<String, Analysis>,
@@ -74,7 +74,7 @@ fn columns(params: &InitializeParams) -> Columns {
     }
 }
 
-#[allow(deprecated)] // Editors of some years ago say `rootUri` only.
+#[allow(deprecated)] // Editors of some years ago only send `rootUri`.
 fn folders(params: &InitializeParams) -> Vec<String> {
     let folders = params.workspace_folders.iter().flatten().map(|folder| &folder.uri);
     let mut all: Vec<String> = folders.map(places::path_of).collect();

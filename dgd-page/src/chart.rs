@@ -28,7 +28,7 @@ pub struct LiveCharts {
 }
 
 impl LiveCharts {
-    /// Without figures yet, for a page that has the columns with these keys.
+    /// No figures yet, for a page that has the columns with these keys.
     pub fn new(known: BTreeSet<String>) -> Self {
         LiveCharts { charts: Charts { columns: Columns::beside(known), ..Charts::default() } }
     }
@@ -62,7 +62,7 @@ impl Charts {
         self.add_with(figure, link, caption, true)
     }
 
-    /// The same, optionally without the picture for readers without scripts.
+    /// [`Self::add`], optionally without the picture for readers without scripts.
     fn add_with(
         &mut self,
         figure: &Figure,
@@ -218,7 +218,7 @@ fn write_figure(
     writeln!(text, "</div>\n</figure>")
 }
 
-/// A description of the figure, for readers who cannot see it.
+/// A description of the figure for readers who cannot see it.
 fn in_words(figure: &Figure) -> String {
     let title = plain(&figure.title);
     let panels: Vec<String> = figure.panels.iter().map(panel_in_words).collect();

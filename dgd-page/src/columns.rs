@@ -20,7 +20,7 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
-    /// Columns for a reader who already has these.
+    /// Columns for a reader who already has those with these keys.
     pub(crate) fn beside(known: BTreeSet<String>) -> Self {
         Columns { known: Some(known), ..Columns::default() }
     }

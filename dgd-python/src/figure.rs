@@ -1,4 +1,4 @@
-//! Figures as dictionaries: what is drawn and in which colours, for whoever draws.
+//! Figures as dictionaries of data and colours, for any drawing library.
 
 use dgd_plot::{Figure, HeatMap, Panel, Style, scale_of_colours};
 use pyo3::prelude::*;
@@ -68,7 +68,7 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
     Ok(all)
 }
 
-/// A heat map: its axes, a list of values for each place, and the colours from the lowest value to the highest.
+/// A heat map: its axes, a list of values for each position, and the colours from the lowest value to the highest.
 fn cells<'py>(py: Python<'py>, map: &HeatMap) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
     all.set_item("x", Numbers(map.x.clone()))?;

@@ -1,4 +1,4 @@
-//! Models: what was read once, and what is asked of it.
+//! Models: read once, for any number of requests.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,10 +27,10 @@ use crate::points::{Equations, Objective};
 use crate::results::{Found, Run};
 use crate::tracker::Tracker;
 
-/// The folder of effects beside a model.
+/// The folder of effects next to a model.
 const EFFECTS: &str = "effects";
 
-/// A model that was read and checked, with all texts that it needs: it does not change when files do.
+/// A checked model with all texts that it needs: it does not change when files do.
 #[pyclass(frozen, module = "dgd._dgd")]
 pub(crate) struct Model {
     path: PathBuf,
@@ -43,7 +43,7 @@ pub(crate) struct Model {
     remarks: Vec<String>,
 }
 
-/// Reads a model: from these texts where they have it, from files otherwise.
+/// Reads a model: from these texts, or else from files.
 #[pyfunction]
 pub(crate) fn load(
     py: Python<'_>,
@@ -96,7 +96,7 @@ pub(crate) fn load(
     })
 }
 
-/// The effects beside a model, in whatever state they are: who asks for one is told.
+/// The effects next to a model, valid or not: errors are reported when one is used.
 fn effects_beside(model: &Path, files: &dyn FileSystem) -> InMemory {
     let folder = model.parent().unwrap_or_else(|| Path::new("")).join(EFFECTS);
     let mut all = InMemory::default();
@@ -112,8 +112,8 @@ fn effects_beside(model: &Path, files: &dyn FileSystem) -> InMemory {
 }
 
 impl Model {
-    /// Does something long: what is asked for is prepared here, with the files of its recordings, and done in a thread.
-    /// What came of it, and what was remarked.
+    /// Runs a long task: prepares the request here, including the files of its recordings, and runs it in a thread.
+    /// Returns the result and the remarks.
     fn work<R: Send + 'static, T: Send + 'static>(
         &self,
         (py, task): (Python<'_>, Task),
@@ -136,7 +136,7 @@ impl Model {
         Ok((result, observer.remarks()))
     }
 
-    /// What all requests have: what is chosen, what is estimated, and how a model is run.
+    /// Options common to all requests: choices, estimates, and solver options.
     fn shared(
         &self,
         py: Python<'_>,
@@ -250,7 +250,7 @@ impl Model {
         let prepare = |files: &mut InMemory| {
             let mut request = SimulateRequest::new(self.run(py, data, options, files)?);
             request.noise_seed = options.extract::<SimulateOptions>()?.noise_seed;
-            // The result may be drawn later.
+            // The result may be plotted later.
             request.fields = true;
             Ok(request)
         };

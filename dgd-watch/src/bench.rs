@@ -26,7 +26,7 @@ use crate::values::Values;
 /// Number of models that stay compiled: a page switches between a few choices.
 const MOST_READY: usize = 4;
 
-/// Maximum number of kept curves that are distinguishable beside the current ones.
+/// Maximum number of kept curves that are distinguishable from the current ones.
 const MOST_KEPT: usize = 4;
 
 /// The choices of a compiled model: variants and effects.
@@ -214,7 +214,7 @@ impl Bench {
         all.filter(|(name, _)| is_known(name)).collect()
     }
 
-    /// The same in command-line form.
+    /// [`Self::known_values`] in command-line form.
     fn settings(&self, ask: &Ask) -> Vec<String> {
         let values = self.known_values(ask).into_iter();
         values.map(|(name, value)| format!("{name}={value:?}")).collect()

@@ -27,19 +27,19 @@ impl Filter<'_> {
         inputs: &Inputs,
         measured: &[f64],
     ) -> Result<Row, TrialFailure> {
-        let seen: Vec<usize> = (0..measured.len())
+        let used: Vec<usize> = (0..measured.len())
             .filter(|i| measured[*i].is_finite() && self.noise[*i].is_some())
             .collect();
         self.innovated = Innovated::default();
-        if seen.is_empty() {
+        if used.is_empty() {
             return Ok(self.row(vec![None; measured.len()]));
         }
         let looked = match self.estimator {
             Estimator::Unscented(spread) => self.look_by_points(spread, inputs),
             Estimator::ExtendedKalman | Estimator::Recursive { .. } => self.look(inputs),
         };
-        let looked = looked.and_then(|looked| self.verify_outputs(looked, &seen))?;
-        Ok(self.take(&looked, &seen, measured))
+        let looked = looked.and_then(|looked| self.verify_outputs(looked, &used))?;
+        Ok(self.take(&looked, &used, measured))
     }
 
     /// Outputs and roots of their covariance, from derivatives.

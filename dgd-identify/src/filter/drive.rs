@@ -42,8 +42,8 @@ impl Drive {
         }
         self.missing.resize(u.len(), 0);
         let last = self.rows.back().map(|row| row.u.clone());
-        let mut held = u.to_vec();
-        for (i, value) in held.iter_mut().enumerate() {
+        let mut filled = u.to_vec();
+        for (i, value) in filled.iter_mut().enumerate() {
             if value.is_finite() {
                 continue;
             }
@@ -61,7 +61,7 @@ impl Drive {
         {
             let differs =
                 |(i, u): (usize, &f64)| (*u != last.u[i] || last.u[i] != before.u[i]).then_some(i);
-            return match held.iter().enumerate().find_map(differs) {
+            return match filled.iter().enumerate().find_map(differs) {
                 // A replicate has no new inputs.
                 None => Ok(()),
                 Some(i) => {
@@ -70,7 +70,7 @@ impl Drive {
                 }
             };
         }
-        self.rows.push_back(Held { t, u: held });
+        self.rows.push_back(Held { t, u: filled });
         Ok(())
     }
 

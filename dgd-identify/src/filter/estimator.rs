@@ -230,12 +230,13 @@ impl<'a> Filter<'a> {
         let n = coordinates.len();
         // A failure here recurs at the first row, which reports the reason.
         let local = model.local(inputs, *t, place, coordinates, variables);
-        let own = local.map_or_else(|_| DMatrix::zeros(watched.len(), n), |local| local.watched);
+        let dependence =
+            local.map_or_else(|_| DMatrix::zeros(watched.len(), n), |local| local.watched);
         let mut sizes = vec![0.0; place.y.len()];
         unknown_sizes(&model.system, &place.y, &mut sizes);
         place.past = Some(Remembered::new(watched, &sizes, *t, &place.y));
         variables.resize(n + watched.len(), 0.0);
-        self.remember(own);
+        self.remember(dependence);
     }
 
     /// Adds variables of a new node, given the dependence of its unknowns on the existing variables.
@@ -245,10 +246,10 @@ impl<'a> Filter<'a> {
             row /= *size;
         }
         let below = |of: &DMatrix<f64>| {
-            let own = &from_others * of;
-            let mut all = of.clone().resize_vertically(of.nrows() + own.nrows(), 0.0);
-            all.rows_mut(of.nrows(), own.nrows()).copy_from(&own);
-            all
+            let new_rows = &from_others * of;
+            let mut extended = of.clone().resize_vertically(of.nrows() + new_rows.nrows(), 0.0);
+            extended.rows_mut(of.nrows(), new_rows.nrows()).copy_from(&new_rows);
+            extended
         };
         // Recursive estimates have a root of start values and parameters only.
         match &mut self.carried {

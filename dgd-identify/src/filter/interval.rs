@@ -53,8 +53,8 @@ pub(super) struct RunState {
 impl RunState {
     /// The state from which a run continues.
     fn before<'a>(&'a self, past: Option<&'a Past>) -> Before<'a> {
-        let own = || self.past.as_ref().map(Remembered::past);
-        Before { memory: self.memory.as_ref(), past: past.or_else(own) }
+        let own_past = || self.past.as_ref().map(Remembered::past);
+        Before { memory: self.memory.as_ref(), past: past.or_else(own_past) }
     }
 
     /// The same state with a perturbed past.
@@ -294,12 +294,12 @@ impl<'a> IntervalModel<'a> {
             let first = u.len() - run.n_past;
             u[first..].copy_from_slice(run.past(0));
         }
-        let at = Point { t, y, u: &u, p: problem.p, z };
+        let point = Point { t, y, u: &u, p: problem.p, z };
         let (mut f, mut g) = (vec![0.0; y.len()], vec![0.0; s.len()]);
-        self.system.sensitivity_rhs(at, s, &mut f, &mut g);
+        self.system.sensitivity_rhs(point, s, &mut f, &mut g);
         let n_w = signature.outputs.len();
         let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * signature.directions.len()]);
-        self.system.output_sensitivities(at, s, &mut w, &mut dw);
+        self.system.output_sensitivities(point, s, &mut w, &mut dw);
         Ok(Looked { run, g, w, dw })
     }
 
@@ -327,20 +327,20 @@ impl<'a> IntervalModel<'a> {
         with: impl Fn(&Past) -> Result<[Vec<f64>; N], TrialFailure>,
     ) -> Result<[DMatrix<f64>; N], TrialFailure> {
         let directions = self.system.signature().directions.len().max(1);
-        let mut all = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
+        let mut derivatives = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
         for some in self.read_late(past, p, over) {
             let with = with(&past.seeded(&some))?;
             for (j, variable) in some.into_iter().enumerate() {
                 let size = past.sizes()[variable % past.sizes().len()];
-                for ((columns, with), without) in all.iter_mut().zip(&with).zip(without) {
-                    let own = j * columns.nrows();
+                for ((columns, with), without) in derivatives.iter_mut().zip(&with).zip(without) {
+                    let offset = j * columns.nrows();
                     for (row, derivative) in columns.column_mut(variable).iter_mut().enumerate() {
-                        *derivative = (with[own + row] - without[own + row]) * size;
+                        *derivative = (with[offset + row] - without[offset + row]) * size;
                     }
                 }
             }
         }
-        Ok(all)
+        Ok(derivatives)
     }
 
     /// Variables of the past that the equations read between two times, in groups of at most the number of directions.
@@ -451,7 +451,7 @@ fn rows_of_states(by: &DMatrix<f64>, coordinates: &Coordinates) -> DMatrix<f64> 
 fn transition(s: &[f64], n: usize, coordinates: &Coordinates, variables: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(coordinates.n_states(), coordinates.len(), |row, column| {
         let slope = coordinates.slope(column, variables[column]);
-        let of = coordinates.directions[column] * n + coordinates.states[row];
-        s[of] * slope / coordinates.sizes[row]
+        let entry = coordinates.directions[column] * n + coordinates.states[row];
+        s[entry] * slope / coordinates.sizes[row]
     })
 }

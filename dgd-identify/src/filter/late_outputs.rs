@@ -82,23 +82,23 @@ impl LateOutputs {
         here: Point<'a>,
         past: &'a Remembered,
     ) -> Result<Readings<'a>, TrialFailure> {
-        let mut all = Vec::new();
+        let mut unknowns = Vec::new();
         if !self.outputs.is_empty() {
             let (tau, inputs) = (delays(problem), inputs_read(problem)?);
-            let of = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
-            all.extend(self.outputs.iter().map(of));
+            let read = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
+            unknowns.extend(self.outputs.iter().map(read));
         }
-        Ok(Readings { problem, here, past, all })
+        Ok(Readings { problem, here, past, all: unknowns })
     }
 }
 
 impl Readings<'_> {
     /// Replaces current outputs by their delayed values.
     pub(super) fn write(&self, w: &mut [f64]) {
-        let mut all = vec![0.0; w.len()];
+        let mut delayed = vec![0.0; w.len()];
         for (late, was) in &self.all {
-            self.problem.system.outputs(was.at(self.here), &mut all);
-            w[late.output] = all[late.output];
+            self.problem.system.outputs(was.at(self.here), &mut delayed);
+            w[late.output] = delayed[late.output];
         }
     }
 
@@ -116,9 +116,10 @@ impl Readings<'_> {
         let signature = problem.system.signature();
         let dtau = delay_sensitivities(problem);
         let [by_y, by_u, by_p] = &signature.output_jacobians;
-        let of = |len: usize| vec![0.0; len];
-        let (mut dwdy, mut dwdu, mut dwdp) = (of(by_y.len()), of(by_u.len()), of(by_p.len()));
-        let mut dwdt = of(signature.outputs.len());
+        let zeros = |len: usize| vec![0.0; len];
+        let (mut dwdy, mut dwdu, mut dwdp) =
+            (zeros(by_y.len()), zeros(by_u.len()), zeros(by_p.len()));
+        let mut dwdt = zeros(signature.outputs.len());
         for (late, was) in all {
             let (row, at) = (late.output, was.at(*here));
             problem.system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
@@ -136,8 +137,8 @@ impl Readings<'_> {
             }
             for (column, direction) in coordinates.directions.iter().enumerate() {
                 let Direction::Parameter(i) = signature.directions[*direction] else { continue };
-                let own = by_p.positions().zip(&dwdp).find(|(at, _)| *at == (row, i));
-                let by_theta = own.map_or(0.0, |(_, slope)| *slope);
+                let entry = by_p.positions().zip(&dwdp).find(|(at, _)| *at == (row, i));
+                let by_theta = entry.map_or(0.0, |(_, slope)| *slope);
                 let moved = rate * dtau[direction * signature.delays.len() + late.delay];
                 c[(row, column)] =
                     (by_theta - moved) * coordinates.slope(column, variables[column]);

@@ -70,17 +70,17 @@ impl Filter<'_> {
         mut variables: Vec<f64>,
     ) -> Result<(), TrialFailure> {
         let Self { model, coordinates, .. } = &*self;
-        let own = coordinates.len();
+        let n_present = coordinates.len();
         let mut gone = Vec::new();
         if let Some(past) = &mut place.past {
             gone = past.forget(model.reach(&coordinates.p(model.p, &variables)));
             for position in &mut gone {
-                *position += own;
+                *position += n_present;
             }
         }
         let known = variables.len() - gone.len();
-        variables.truncate(own);
-        variables.resize(own + place.past.as_ref().map_or(0, Remembered::len), 0.0);
+        variables.truncate(n_present);
+        variables.resize(n_present + place.past.as_ref().map_or(0, Remembered::len), 0.0);
 
         let mut densities = self.guarded(over.length());
         for k in model.held(&place, coordinates) {
@@ -155,7 +155,7 @@ pub(super) fn consistent(phi: &DMatrix<f64>, root: DMatrix<f64>) -> DMatrix<f64>
     if *phi == DMatrix::identity(n_states, n) {
         return root;
     }
-    let mut all = DMatrix::identity(n, n);
-    all.rows_mut(0, n_states).copy_from(phi);
-    all * root
+    let mut transition = DMatrix::identity(n, n);
+    transition.rows_mut(0, n_states).copy_from(phi);
+    transition * root
 }

@@ -213,8 +213,8 @@ pub(super) fn verify_tuning(
         if let Some(sigma) = *noise
             && !(sigma > 0.0 && sigma.is_finite())
         {
-            let of = format!("the noise of output `{}`", output.name);
-            return wrong(of, sigma, "a positive number");
+            let subject = format!("the noise of output `{}`", output.name);
+            return wrong(subject, sigma, "a positive number");
         }
     }
     let states = problem.states().into_iter().map(|i| signature.unknowns.name(i));

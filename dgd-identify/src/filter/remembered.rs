@@ -97,14 +97,14 @@ impl Remembered {
         if ends.is_empty() {
             ends.extend((1..PIECES).map(|k| from + (until - from) * k as f64 / PIECES as f64));
         }
-        let mut asked = vec![from];
+        let mut times = vec![from];
         let mut begin = from;
         for end in ends.into_iter().chain([until]) {
-            asked.extend(inner_nodes().map(|part| begin + (end - begin) * part));
-            asked.push(end);
+            times.extend(inner_nodes().map(|part| begin + (end - begin) * part));
+            times.push(end);
             begin = end;
         }
-        asked
+        times
     }
 
     /// Continues with a run over the [`asked`](Self::asked) times.
@@ -172,17 +172,17 @@ impl Remembered {
     }
 
     fn hat(&self, node: usize) -> Hat {
-        let at = |node: usize| self.nodes.get(node).copied();
-        let left = node.checked_sub(1).and_then(at);
-        Hat { left, top: self.nodes[node], right: at(node + 1) }
+        let node_time = |node: usize| self.nodes.get(node).copied();
+        let left = node.checked_sub(1).and_then(node_time);
+        Hat { left, top: self.nodes[node], right: node_time(node + 1) }
     }
 
     /// Derivatives of one of the unknowns at a time with respect to each variable: positions and weights.
     pub(super) fn weights(&self, unknown: usize, t: f64) -> Vec<(usize, f64)> {
         let each = self.sizes.len();
-        let all = (0..self.nodes.len())
+        let weights = (0..self.nodes.len())
             .map(|node| (node * each + unknown, self.hat(node).at(t) * self.sizes[unknown]));
-        all.filter(|(_, weight)| *weight != 0.0).collect()
+        weights.filter(|(_, weight)| *weight != 0.0).collect()
     }
 
     /// Value and rate of one of the unknowns at a time.

@@ -48,8 +48,8 @@ impl Spread {
         }
         let weight = self.weights(n).1;
         if weight.is_nan() || weight < 0.0 {
-            let of = "the weight of the middle sigma point in the covariance";
-            return wrong(of, weight, "zero or above: use a larger α or β");
+            let subject = "the weight of the middle sigma point in the covariance";
+            return wrong(subject, weight, "zero or above: use a larger α or β");
         }
         Ok(())
     }

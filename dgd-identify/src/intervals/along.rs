@@ -80,8 +80,8 @@ pub(crate) fn one_by_one(
             break;
         }
         profiles.push(profile);
-        let of = Of::Exactly(estimates.len());
-        watch.advanced(Progress { what: "profiles", done: profiles.len(), of });
+        let total = Of::Exactly(estimates.len());
+        watch.advanced(Progress { what: "profiles", done: profiles.len(), of: total });
     }
     profiles
 }

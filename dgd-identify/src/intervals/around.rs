@@ -135,9 +135,11 @@ impl<'a> Around<'a> {
         z: Vec<f64>,
         bounds: &[(f64, f64)],
     ) -> Result<Minimum<Weighted, TrialFailed>, TrialFailed> {
-        let at = self.evaluated(problem, &z)?;
+        let evaluated = self.evaluated(problem, &z)?;
         let reach = self.variables.reach();
         let region = Region { bounds, reach: &reach, leading: self.variables.n_shared };
-        Ok(minimise_watched(z, at, region, &self.rule, self.watch, |z| self.evaluated(problem, z)))
+        Ok(minimise_watched(z, evaluated, region, &self.rule, self.watch, |z| {
+            self.evaluated(problem, z)
+        }))
     }
 }

@@ -107,10 +107,10 @@ pub fn bootstrap<G: FnMut() -> u64>(
     let around = Around::new(problem, fit, MOST_EVALUATIONS)?;
     let data = fit.samples + effective_priors(problem, &around.variables);
     let spread = (data as f64 / fit.degrees_of_freedom.max(1) as f64).sqrt();
-    let at = around.problem(problem.system).unwatched();
+    let unwatched = around.problem(problem.system).unwatched();
     let mut sources = Vec::with_capacity(problem.recordings.len());
     for (r, recording) in problem.recordings.iter().enumerate() {
-        let options = &at.options;
+        let options = &unwatched.options;
         let starts = &fit.starts[r];
         let simulated =
             outputs_of(problem.system, recording, &fit.p, starts, options, Derivatives::No)
@@ -159,12 +159,12 @@ pub fn bootstrap<G: FnMut() -> u64>(
         let refit = around.kept(drawn, || refit(system, k));
         if refit.is_ok() {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let of = Of::Exactly(replicates);
-            around.watch.advanced(Progress { what: "resampled data sets", done, of });
+            let total = Of::Exactly(replicates);
+            around.watch.advanced(Progress { what: "resampled data sets", done, of: total });
         }
         refit
     });
-    let mut found = Bootstrap {
+    let mut bootstrap = Bootstrap {
         replicates: Vec::with_capacity(replicates),
         failures: 0,
         left_out: 0,
@@ -172,12 +172,12 @@ pub fn bootstrap<G: FnMut() -> u64>(
     };
     for refit in refits {
         match refit {
-            Ok(Some(estimates)) => found.replicates.push(estimates),
-            Ok(None) => found.failures += 1,
-            Err(LeftOut) => found.left_out += 1,
+            Ok(Some(estimates)) => bootstrap.replicates.push(estimates),
+            Ok(None) => bootstrap.failures += 1,
+            Err(LeftOut) => bootstrap.left_out += 1,
         }
     }
-    Ok(found)
+    Ok(bootstrap)
 }
 
 /// A refit that was not completed.
@@ -247,13 +247,13 @@ impl Channel {
     /// if that lies in a gap, of a block of the channel's own.
     fn drawn<G: FnMut() -> u64>(&self, from: &[usize], uniform: &mut Uniform<G>) -> Vec<usize> {
         let n = self.residuals.len();
-        let mut own: Option<(usize, usize)> = None;
+        let mut block: Option<(usize, usize)> = None;
         let drawn = self.positions.iter().map(|k| {
             if let Some(residual) = self.nearest[from[*k]] {
-                own = None;
+                block = None;
                 return residual;
             }
-            let residual = match own {
+            let residual = match block {
                 Some((before, residual))
                     if from[*k] == (from[before] + k - before) % from.len() =>
                 {
@@ -261,7 +261,7 @@ impl Channel {
                 }
                 Some(_) | None => uniform.below(n),
             };
-            own = Some((*k, residual));
+            block = Some((*k, residual));
             residual
         });
         drawn.collect()

@@ -115,10 +115,10 @@ pub(crate) fn cells(
             .map_err(TrialFailure::Simulation)?;
         return Ok(filling.divided);
     }
-    let seen = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
+    let simulated = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
     for k in 0..recording.times.len() {
         if filling.wants(k) {
-            filling.take(k, seen.w(k), seen.dw(k));
+            filling.take(k, simulated.w(k), simulated.dw(k));
         }
     }
     Ok(filling.divided)

@@ -88,15 +88,15 @@ pub fn information(
             let recording = &problem.recordings[r];
             let observations =
                 outputs_with_sensitivities(system, recording, &fit.p, &fit.starts[r], &options)?;
-            let mut all: Vec<(Information, f64)> =
+            let mut results: Vec<(Information, f64)> =
                 determined.iter().map(|i| (empty(i), 0.0)).collect();
             let mut sums = vec![OfKind::zeros(n); n_kinds];
             for (output, sigma) in fit.noise.iter().enumerate() {
                 let Some(sigma) = sigma else { continue };
                 for (k, _) in recording.counted(output) {
                     let slope = |j: usize| -> f64 {
-                        let own = fit.estimates[j].recording.is_none_or(|of| of == r);
-                        let column = columns[j].filter(|_| own);
+                        let is_relevant = fit.estimates[j].recording.is_none_or(|of| of == r);
+                        let column = columns[j].filter(|_| is_relevant);
                         column.map_or(0.0, |c| observations.dw(k)[c * observations.n_w + output])
                     };
                     let slopes: Vec<f64> = (0..n).map(slope).collect();
@@ -105,7 +105,7 @@ pub fn information(
                     }
                     sums[kinds[r][k]].add(&slopes, *sigma);
                     for (place, i) in determined.iter().enumerate() {
-                        let (found, most) = &mut all[place];
+                        let (found, most) = &mut results[place];
                         let along = slopes.iter().enumerate();
                         let sum: f64 =
                             along.map(|(j, slope)| fit.seen_covariance(*i, j) * slope).sum();
@@ -119,10 +119,10 @@ pub fn information(
                     }
                 }
             }
-            Ok((all, sums))
+            Ok((results, sums))
         });
 
-    let mut all: Vec<(Information, f64)> = determined.iter().map(|i| (empty(i), 0.0)).collect();
+    let mut results: Vec<(Information, f64)> = determined.iter().map(|i| (empty(i), 0.0)).collect();
     let mut sums = vec![OfKind::zeros(n); n_kinds];
     for (recording, result) in recordings.into_iter().enumerate() {
         let (found, of_recording): (Vec<(Information, f64)>, Vec<OfKind>) =
@@ -131,7 +131,7 @@ pub fn information(
             sum.samples += more.samples;
             sum.information += more.information;
         }
-        for ((sum, most), (one, of_one)) in all.iter_mut().zip(found) {
+        for ((sum, most), (one, of_one)) in results.iter_mut().zip(found) {
             add(&mut sum.recordings, &one.recordings);
             add(&mut sum.outputs, &one.outputs);
             add(&mut sum.kinds, &one.kinds);
@@ -140,7 +140,7 @@ pub fn information(
             }
         }
     }
-    for (found, _) in &mut all {
+    for (found, _) in &mut results {
         let i = found.estimate;
         // Σ (J C eᵢ)² + Σ_priors (wᵀC eᵢ/s)² = Cᵢᵢ
         let whole = fit.covariance(i, i).unwrap_or(f64::NAN);
@@ -172,12 +172,12 @@ pub fn information(
             samples => with(sum, whole.samples as f64 / samples as f64),
         })
         .collect();
-    for (found, _) in &mut all {
+    for (found, _) in &mut results {
         let i = found.estimate;
         found.all_again = of_whole.as_ref().map_or(1.0, |ratios| ratios[i]);
         found.again = of_kinds.iter().map(|ratios| ratios.as_ref().map(|all| all[i])).collect();
     }
-    Ok(all.into_iter().map(|(found, _)| found).collect())
+    Ok(results.into_iter().map(|(found, _)| found).collect())
 }
 
 /// The information in the samples of a kind.

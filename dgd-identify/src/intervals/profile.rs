@@ -152,15 +152,15 @@ impl Profile {
     ) -> Self {
         let (below, above) = (way.arm(-1.0), way.arm(1.0));
         let centre = HeldMinimum { z: way.centre.clone(), deviance: 0.0 };
-        let all = |place: &HeldMinimum| -> Vec<f64> {
+        let estimates = |place: &HeldMinimum| -> Vec<f64> {
             place.z.iter().enumerate().map(|(i, z)| value(i, *z)).collect()
         };
         let mut places: Vec<&HeldMinimum> =
             below.places.iter().chain([&centre]).chain(&above.places).collect();
         places.sort_by(|a, b| a.z[way.i].total_cmp(&b.z[way.i]));
-        let of_fit = all(&centre);
+        let of_fit = estimates(&centre);
         let followers = |at: &[f64]| followers(way.i, &of_fit, at, sizes);
-        let (at_lower, at_upper) = (all(&below.at), all(&above.at));
+        let (at_lower, at_upper) = (estimates(&below.at), estimates(&above.at));
         Self {
             estimate: way.i,
             values: places.iter().map(|place| value(way.i, place.z[way.i])).collect(),
@@ -208,7 +208,7 @@ pub fn profiles(
         .map_err(EstimateError::Start)?;
     let least = first.as_ref().cost;
     let done = AtomicUsize::new(0);
-    let found =
+    let complete =
         in_parallel_by_model(problem.system, estimates.len(), problem.threads, |system, k| {
             let problem = around.problem(system);
             let (i, worth) = (estimates[k], fit.worth(estimates[k]));
@@ -227,11 +227,11 @@ pub fn profiles(
             );
             let profile = profile.ok()?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let of = Of::Exactly(estimates.len());
-            around.watch.advanced(Progress { what: "profiles", done, of });
+            let total = Of::Exactly(estimates.len());
+            around.watch.advanced(Progress { what: "profiles", done, of: total });
             Some(profile)
         });
-    Ok(found.into_iter().flatten().collect())
+    Ok(complete.into_iter().flatten().collect())
 }
 
 /// The profile of one estimate: [`profiles`].

@@ -95,8 +95,8 @@ impl Fit {
             return Ok(None);
         }
         let options = self.simulated(&problem.options);
-        let at = SpreadAt { p: &self.p, estimates: &self.estimates, sigma: &self.noise };
-        spread(&OutputErrorProblem { options, ..problem.clone() }, at)
+        let point = SpreadAt { p: &self.p, estimates: &self.estimates, sigma: &self.noise };
+        spread(&OutputErrorProblem { options, ..problem.clone() }, point)
     }
 }
 
@@ -120,19 +120,21 @@ pub fn spread(
         estimates.iter().position(is_own)
     };
     let places: Vec<Option<usize>> = (0..variables.len()).map(estimate_of).collect();
-    let mut held = vec![true; variables.len()];
+    let mut is_fixed = vec![true; variables.len()];
     for (i, place) in places.iter().enumerate() {
         let Some(estimate) = place.map(|place| &estimates[place]) else { continue };
-        held[i] = estimate.at_bound.is_some();
+        is_fixed[i] = estimate.at_bound.is_some();
         z[i] = variables.all[i].variable(estimate.value);
     }
 
-    let of = Differentiated { variables: &variables, z: &z };
-    let [cells, by_output] = all_cells(problem, &of, p, sigma)?;
-    let Some(seen) = Seen::new(&of.priors(problem, p, &cells), &held, problem.options) else {
+    let differentiated = Differentiated { variables: &variables, z: &z };
+    let [cells, by_output] = all_cells(problem, &differentiated, p, sigma)?;
+    let Some(seen) =
+        Seen::new(&differentiated.priors(problem, p, &cells), &is_fixed, problem.options)
+    else {
         return Ok(None);
     };
-    let shares = seen.shares(&of, &cells);
+    let shares = seen.shares(&differentiated, &cells);
     let recordings: Vec<usize> = cells.iter().map(|cell| cell.recording).collect();
     let known: f64 = shares.iter().sum();
     if known.is_nan() || known <= 0.0 {
@@ -143,15 +145,16 @@ pub fn spread(
         return Ok(None);
     }
     let without: Vec<Without> =
-        runs.iter().map(|run| seen.without(&of, &cells[run.clone()])).collect();
+        runs.iter().map(|run| seen.without(&differentiated, &cells[run.clone()])).collect();
     // Cells of one output each, in the order of recordings and outputs.
     let without_output = |output: usize| {
-        let own: Vec<Cell> = by_output.iter().skip(output).step_by(sigma.len()).cloned().collect();
-        seen.without(&of, &own)
+        let cells_of_output: Vec<Cell> =
+            by_output.iter().skip(output).step_by(sigma.len()).cloned().collect();
+        seen.without(&differentiated, &cells_of_output)
     };
     let fitted = (0..sigma.len()).filter(|output| sigma[*output].is_some());
     let without_outputs: Vec<Without> = fitted.map(without_output).collect();
-    let mut found = Spread {
+    let mut spread = Spread {
         parts: runs.iter().map(|run| Part::of(&cells[run.clone()])).collect(),
         std: vec![None; estimates.len()],
         rests_on: vec![None; estimates.len()],
@@ -160,16 +163,16 @@ pub fn spread(
         let Some(place) = place.filter(|place| estimates[*place].std.is_some()) else { continue };
         let most = (0..without.len())
             .max_by(|a, b| without[*a].inflation[i].total_cmp(&without[*b].inflation[i]));
-        found.rests_on[place] = most.filter(|part| without[*part].inflation[i] > RESTS);
-        if found.rests_on[place].is_none() {
+        spread.rests_on[place] = most.filter(|part| without[*part].inflation[i] > RESTS);
+        if spread.rests_on[place].is_none() {
             let moved = without.iter().map(|without| without.moved[i]);
             let known = without_outputs.iter().filter(|without| without.inflation[i] <= RESTS);
             let furthest = known.map(|without| without.moved[i].abs()).fold(0.0, f64::max);
             let std = of_pseudo_values(moved).hypot(furthest) * variables.all[i].slope(z[i]);
-            found.std[place] = std.is_finite().then_some(std);
+            spread.std[place] = std.is_finite().then_some(std);
         }
     }
-    Ok(Some(found))
+    Ok(Some(spread))
 }
 
 /// The standard deviation of pseudo-values, from the shifts of an estimate when each part is left out.
@@ -247,17 +250,17 @@ fn all_cells(
     let weights = Weights { sigma, loss: problem.loss };
     let results = in_parallel_by_model(*system, recordings.len(), *threads, |system, r| {
         let start = variables.starts(r, &recordings[r].start, z);
-        let at = SimulatedAt { p, start: &start, options };
-        cells(system, (r, &recordings[r]), at, &variables.columns(r, z), weights, numbers[r])
+        let point = SimulatedAt { p, start: &start, options };
+        cells(system, (r, &recordings[r]), point, &variables.columns(r, z), weights, numbers[r])
     });
-    let mut all = [Vec::new(), Vec::new()];
+    let mut divided = [Vec::new(), Vec::new()];
     for (recording, result) in results.into_iter().enumerate() {
         let failed = |reason| EstimateError::Start(TrialFailed { recording, reason });
         let Divided { cells, outputs } = result.map_err(failed)?;
-        all[0].extend(cells);
-        all[1].extend(outputs);
+        divided[0].extend(cells);
+        divided[1].extend(outputs);
     }
-    Ok(all)
+    Ok(divided)
 }
 
 /// Coordinates y in which the information of all samples is the identity: z = Tᵀy.
@@ -308,8 +311,8 @@ impl Seen {
         let share = |cell: &Cell| -> f64 {
             let squares = alone.iter().map(|along| {
                 let position = |i: usize| along[of.variables.position(cell.recording, i)];
-                let own: Vec<f64> = (0..cell.gradient.len()).map(position).collect();
-                cell.square(&own)
+                let positions: Vec<f64> = (0..cell.gradient.len()).map(position).collect();
+                cell.square(&positions)
             });
             squares.sum()
         };
@@ -331,8 +334,8 @@ impl Seen {
         let moved = self.t.tr_mul(&(&self.gradient - step));
         let spread = rest.l().solve_lower_triangular(&self.t);
         let inflation = |i: usize| {
-            let own = self.t.column(i).norm();
-            spread.as_ref().map_or(f64::INFINITY, |spread| spread.column(i).norm() / own)
+            let norm = self.t.column(i).norm();
+            spread.as_ref().map_or(f64::INFINITY, |spread| spread.column(i).norm() / norm)
         };
         Without {
             moved: moved.iter().copied().collect(),

@@ -35,9 +35,9 @@ pub(super) fn most_likely(samples: &Samples) -> f64 {
     let duration = known[known.len() - 1].t - known[0].t;
     let sums_up = samples.sums_up();
     let usual = |of: &dyn Fn(&Sample) -> f64| {
-        let mut all: Vec<f64> = known.iter().map(of).collect();
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2]
+        let mut variances: Vec<f64> = known.iter().map(of).collect();
+        variances.sort_by(f64::total_cmp);
+        variances[variances.len() / 2]
     };
     let c = usual(&|own| own.c.abs());
     // Variance of a reading of the integral of d, or of d itself, in units of d.
@@ -55,17 +55,17 @@ pub(super) fn most_likely(samples: &Samples) -> f64 {
     let likelihood = |decades: f64| log_likelihood(samples, shows * 100_f64.powf(decades), reading);
     let (mut best, mut value) = (0.0, f64::NEG_INFINITY);
     for decade in -DECADES..=2 {
-        let own = likelihood(f64::from(decade));
-        if own > value {
-            (best, value) = (f64::from(decade), own);
+        let log_likelihood_here = likelihood(f64::from(decade));
+        if log_likelihood_here > value {
+            (best, value) = (f64::from(decade), log_likelihood_here);
         }
     }
     let mut step = 0.5;
     while step > LAST_STEP {
         for side in [best - step, best + step] {
-            let own = likelihood(side);
-            if own > value {
-                (best, value) = (side, own);
+            let log_likelihood_here = likelihood(side);
+            if log_likelihood_here > value {
+                (best, value) = (side, log_likelihood_here);
             }
         }
         step *= 0.5;

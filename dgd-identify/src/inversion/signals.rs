@@ -41,12 +41,12 @@ pub(super) struct Chosen {
 
 pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<Chosen, InversionError> {
     let signature = problem.system.signature();
-    let own: Vec<usize> = rows_of(&signature.input_jacobian, problem.input);
-    if own.is_empty() {
+    let rows: Vec<usize> = rows_of(&signature.input_jacobian, problem.input);
+    if rows.is_empty() {
         return Err(InversionError::Unread);
     }
     let past = signature.past();
-    for row in &own {
+    for row in &rows {
         let mut reads = signature.input_jacobian.positions().filter(|(r, _)| r == row);
         if let Some((_, column)) = reads.find(|(_, column)| past.values().contains(column)) {
             let late = &signature.delayed_unknowns[column - past.values().start];
@@ -54,20 +54,20 @@ pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<Chosen, Inversion
             return Err(InversionError::Late { unknown });
         }
     }
-    let sources = Sources::new(problem, &own);
-    let given = sources.one_by_one();
+    let sources = Sources::new(problem, &rows);
+    let known = sources.one_by_one();
     let chosen = |row: usize, given: &[Vec<Source>]| {
         let needs = sources.needs(row);
         needs.iter().all(|i| !given[*i].is_empty()).then(|| sources.chosen(row, needs, given))
     };
-    if let Some(found) = own.iter().find_map(|row| chosen(*row, &given)) {
+    if let Some(found) = rows.iter().find_map(|row| chosen(*row, &known)) {
         return Ok(found);
     }
-    let together = sources.together(given);
-    if let Some(found) = own.iter().find_map(|row| chosen(*row, &together)) {
+    let together = sources.together(known);
+    if let Some(found) = rows.iter().find_map(|row| chosen(*row, &together)) {
         return Ok(found);
     }
-    let needs = sources.needs(own[0]);
+    let needs = sources.needs(rows[0]);
     let open = needs.into_iter().filter(|i| together[*i].is_empty());
     let unknowns = open.map(|i| signature.unknowns.name(i).to_string()).collect();
     Err(InversionError::NotMeasured { unknowns })
@@ -82,11 +82,11 @@ fn rows_of(pattern: &Pattern, column: usize) -> Vec<usize> {
 }
 
 fn reads(pattern: &Pattern, row: usize) -> Vec<usize> {
-    let mut all: Vec<usize> =
+    let mut unknowns: Vec<usize> =
         pattern.positions().filter(|(r, _)| *r == row).map(|(_, column)| column).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
+    unknowns.sort_unstable();
+    unknowns.dedup();
+    unknowns
 }
 
 /// Possible sources, with the unknowns that each reads.
@@ -113,8 +113,8 @@ impl<'a> Sources<'a> {
         let equations = (0..signature.unknowns.len())
             .filter(|i| !own.contains(i) && (has_modes || !signature.unknowns.is_differential(*i)))
             .map(|i| (Source::Equation(i), reads(&signature.jacobian, i)));
-        let all = outputs.chain(equations).collect();
-        Sources { problem, all }
+        let candidates = outputs.chain(equations).collect();
+        Sources { problem, all: candidates }
     }
 
     /// Unknowns of a compiled equation: those that it reads, and the one whose derivative it gives.
@@ -130,9 +130,9 @@ impl<'a> Sources<'a> {
 
     fn one_by_one(&self) -> Vec<Vec<Source>> {
         let n = self.problem.system.signature().unknowns.len();
-        let mut given: Vec<Vec<Source>> = vec![Vec::new(); n];
+        let mut known: Vec<Vec<Source>> = vec![Vec::new(); n];
         loop {
-            let is_open = |i: &&usize| given[**i].is_empty();
+            let is_open = |i: &&usize| known[**i].is_empty();
             let single = self.all.iter().filter_map(|(source, reads)| {
                 let mut open = reads.iter().filter(is_open);
                 let only = *open.next()?;
@@ -143,13 +143,13 @@ impl<'a> Sources<'a> {
             let rank = |(reads, source, _): &(usize, Source, usize)| {
                 (*reads, !matches!(source, Source::Output(_)))
             };
-            let Some(first) = single.iter().map(rank).min() else { return given };
+            let Some(first) = single.iter().map(rank).min() else { return known };
             for (_, source, only) in single.iter().filter(|one| rank(one) == first) {
                 // An additional equation would be a contradiction, not a reading.
-                if first.1 && !given[*only].is_empty() {
+                if first.1 && !known[*only].is_empty() {
                     continue;
                 }
-                given[*only].push(*source);
+                known[*only].push(*source);
             }
         }
     }
@@ -185,8 +185,8 @@ impl<'a> Sources<'a> {
             for source in &given[wanted[k]] {
                 if !used.contains(source) {
                     used.push(*source);
-                    let of = self.all.iter().find(|(own, _)| own == source);
-                    for i in of.iter().flat_map(|(_, reads)| reads) {
+                    let entry = self.all.iter().find(|(own, _)| own == source);
+                    for i in entry.iter().flat_map(|(_, reads)| reads) {
                         if !wanted.contains(i) {
                             wanted.push(*i);
                         }
@@ -197,8 +197,8 @@ impl<'a> Sources<'a> {
         }
         let everything = used.contains(&Source::Together);
         let is_used = |source: &Source| everything || used.contains(source);
-        let own = |(source, _): &(Source, Vec<usize>)| Some(*source).filter(is_used);
-        let used: Vec<Source> = self.all.iter().filter_map(own).collect();
+        let used_source = |(source, _): &(Source, Vec<usize>)| Some(*source).filter(is_used);
+        let used: Vec<Source> = self.all.iter().filter_map(used_source).collect();
         let outputs = used.iter().filter_map(|source| match source {
             Source::Output(i) => Some((*i, self.problem.noise[*i].unwrap_or(1.0))),
             Source::Equation(_) | Source::Together => None,

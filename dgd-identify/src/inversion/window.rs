@@ -45,7 +45,7 @@ fn interval(from: &Sample, to: &Sample, weights: [f64; 2]) -> f64 {
 /// d̂ at all samples.
 pub(super) fn means(samples: &Samples, half_width: f64) -> Traced {
     let known = &samples.known;
-    let mut found = Traced::unknown(samples.times.len());
+    let mut trace = Traced::unknown(samples.times.len());
     let (mut first, mut end) = (0, 0);
     let mut weights: Vec<f64> = Vec::new();
     for sample in known {
@@ -87,16 +87,16 @@ pub(super) fn means(samples: &Samples, half_width: f64) -> Traced {
                 + after.map_or(0.0, |j| window[j].t - own.t);
             variance += own.variance(by_y, -0.5 * step * scaled(k));
         }
-        found.value[sample.at] = sum / weight;
-        found.std[sample.at] = variance.sqrt() / weight;
+        trace.value[sample.at] = sum / weight;
+        trace.std[sample.at] = variance.sqrt() / weight;
     }
-    found
+    trace
 }
 
 /// ∫ d dt, and the time that it excludes.
 pub(super) fn integral(samples: &Samples) -> (Traced, f64) {
     let known = &samples.known;
-    let mut found = Traced::unknown(samples.times.len());
+    let mut trace = Traced::unknown(samples.times.len());
     let (mut sum, mut inside, mut left_out) = (0.0, 0.0, 0.0);
     let spacing = samples.spacing();
     // Weights of the last sample so far: on y and on g.
@@ -116,10 +116,10 @@ pub(super) fn integral(samples: &Samples) -> (Traced, f64) {
                 left_out += step;
             }
         }
-        found.value[own.at] = sum;
-        found.std[own.at] = (inside + own.variance(last[0], last[1])).sqrt();
+        trace.value[own.at] = sum;
+        trace.std[own.at] = (inside + own.variance(last[0], last[1])).sqrt();
     }
-    (found, left_out)
+    (trace, left_out)
 }
 
 /// Length limit of gaps that are bridged, in usual intervals.

@@ -65,10 +65,10 @@ impl Noise {
             Self::Recorded => (recording.deviations_of(output)?[k], Distribution::Normal),
         };
         let measured = recording.measured[output].as_ref()?[k];
-        let seen = Seen { measured, simulated: w[output], sigma };
-        let term = seen.term(distribution);
+        let reading = Seen { measured, simulated: w[output], sigma };
+        let term = reading.term(distribution);
         let deviance = term.cost + term.logarithm;
-        Some(Judged { residual: -seen.residual(distribution), distribution, deviance })
+        Some(Judged { residual: -reading.residual(distribution), distribution, deviance })
     }
 }
 

@@ -148,9 +148,9 @@ fn uncertainties(
         return None;
     }
     let alone = std::slice::from_ref(recording);
-    let own = OutputErrorProblem { recordings: alone, ..problem.clone() };
-    let start = fit_starts(&own, &beginnings[..1]).ok()?.pop()?;
-    let found =
+    let single = OutputErrorProblem { recordings: alone, ..problem.clone() };
+    let start = fit_starts(&single, &beginnings[..1]).ok()?.pop()?;
+    let fitted =
         outputs_of(*system, recording, problem.p, &start, options, Derivatives::Yes).ok()?;
     let n = columns.len();
     let n_w = recording.measured.len();
@@ -163,7 +163,7 @@ fn uncertainties(
             else {
                 continue;
             };
-            let derivatives = columns.iter().map(|j| found.dw(k)[j * n_w + output] / sigma);
+            let derivatives = columns.iter().map(|j| fitted.dw(k)[j * n_w + output] / sigma);
             let row = DVector::from_iterator(n, derivatives);
             if !samples[k].is_finite() || !row.iter().all(|x| x.is_finite()) {
                 continue;
@@ -231,8 +231,8 @@ fn added(beginning: &[Vec<Part>], rest: &[Vec<Part>]) -> f64 {
     // excluded.
     let scale: Vec<f64> = (0..n)
         .map(|i| {
-            let all = known[(i, i)] + later[(i, i)];
-            if all > 0.0 { 1.0 / all.sqrt() } else { 0.0 }
+            let total = known[(i, i)] + later[(i, i)];
+            if total > 0.0 { 1.0 / total.sqrt() } else { 0.0 }
         })
         .collect();
     let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| m[(i, j)] * scale[i] * scale[j]);

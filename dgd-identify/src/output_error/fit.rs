@@ -141,8 +141,8 @@ impl Fit {
 
     /// Correlation of the errors of two estimates.
     pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
-        let of = |i, j| self.uncertainty.covariance(i, j);
-        Some(of(i, j)? / (of(i, i)? * of(j, j)?).sqrt())
+        let covariance = |i, j| self.uncertainty.covariance(i, j);
+        Some(covariance(i, j)? / (covariance(i, i)? * covariance(j, j)?).sqrt())
     }
 
     /// Pairs of estimates whose errors have a correlation above `least`.
@@ -203,13 +203,13 @@ pub(crate) fn finish(
     let signature = problem.system.signature();
     let bounds: Vec<_> =
         variables.all.iter().zip(z).map(|(variable, z)| variable.bound(*z)).collect();
-    let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
+    let is_fixed: Vec<bool> = bounds.iter().map(Option::is_some).collect();
     let cutoff = unseen(problem.options.rtol);
     let uncertainty = if problem.loss == Loss::Squares {
-        Uncertainty::new(&information(problem, variables, z, at), &held, cutoff)
+        Uncertainty::new(&information(problem, variables, z, at), &is_fixed, cutoff)
     } else {
         let (h, g) = curvature_and_influence(problem, variables, z, sigma, at);
-        Uncertainty::new(&h, &held, cutoff).with_influence(&g)
+        Uncertainty::new(&h, &is_fixed, cutoff).with_influence(&g)
     };
     let slopes: Vec<f64> =
         variables.all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
@@ -225,8 +225,8 @@ pub(crate) fn finish(
         .collect();
 
     let fitted = || {
-        let all = at.sums.iter().flat_map(|of_recording| of_recording.iter().zip(sigma));
-        all.filter_map(|(sums, sigma)| Some((sums, (*sigma)?)))
+        let weighted_sums = at.sums.iter().flat_map(|of_recording| of_recording.iter().zip(sigma));
+        weighted_sums.filter_map(|(sums, sigma)| Some((sums, (*sigma)?)))
     };
     let samples: usize = fitted().map(|(sums, _)| sums.samples).sum();
     let logarithms: f64 = fitted()
@@ -237,7 +237,7 @@ pub(crate) fn finish(
         let robust = at.sums.iter().filter_map(|of_recording| of_recording[i].robust.as_ref());
         robust.map(|sums| sums.light).sum()
     };
-    let free = held.iter().filter(|held| !**held).count();
+    let free = is_fixed.iter().filter(|held| !**held).count();
     let deviance = logarithms + at.normal.cost + to_most_likely(problem, at, sigma);
     let has_tails = problem.noise.iter().any(|noise| {
         let Some(Noise::Density(density)) = noise else { return false };
@@ -281,10 +281,10 @@ pub(crate) fn finish(
 /// of a fit is larger by its degrees of freedom. Zero for a loss other than squares, which is not a likelihood.
 fn to_most_likely(problem: &OutputErrorProblem<'_>, at: &Weighted, sigma: &[Option<f64>]) -> f64 {
     let least = least_noise(problem);
-    let of = |i: usize| {
-        let all = at.sums.iter().map(|of_recording| &of_recording[i]);
+    let change = |i: usize| {
+        let sums = at.sums.iter().map(|of_recording| &of_recording[i]);
         let (samples, squares) =
-            all.fold((0.0, 0.0), |(n, sum), one| (n + one.samples as f64, sum + one.squares));
+            sums.fold((0.0, 0.0), |(n, sum), one| (n + one.samples as f64, sum + one.squares));
         let (Some(sigma), true) = (sigma[i], samples > 0.0) else { return 0.0 };
         let likely = f64::sqrt(squares / samples).max(least[i]);
         let weights = 1.0 / (likely * likely) - 1.0 / (sigma * sigma);
@@ -292,7 +292,7 @@ fn to_most_likely(problem: &OutputErrorProblem<'_>, at: &Weighted, sigma: &[Opti
     };
     let is_estimated = |i: &usize| problem.noise[*i] == Some(Noise::Estimated);
     let outputs = (0..sigma.len()).filter(is_estimated);
-    if problem.loss == Loss::Squares { outputs.map(of).sum() } else { 0.0 }
+    if problem.loss == Loss::Squares { outputs.map(change).sum() } else { 0.0 }
 }
 
 /// The root of the mean variance of an output's readings, if they contribute by their likelihood.

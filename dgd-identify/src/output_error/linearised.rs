@@ -53,9 +53,9 @@ pub(crate) fn outputs_of(
     let late = LateTimes::new(problem, times).map_err(NotLinearised::Run)?;
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
     let inputs = inputs.map_err(NotLinearised::Run)?;
-    let all = late.as_ref().map_or(times, |late| &late.all);
+    let wanted = late.as_ref().map_or(times, |late| &late.all);
     let mut run = Run::new(problem, &model, &inputs, start);
-    let mut solution = run.to(all, Solution::empty(signature, n_s));
+    let mut solution = run.to(wanted, Solution::empty(signature, n_s));
     if let Some(late) = &late {
         solution = late.split(times, solution);
     }
@@ -86,9 +86,9 @@ impl Start {
         let inputs = inputs.map_err(NotLinearised::Run)?;
         let mut u = vec![0.0; inputs.len()];
         inputs.value(t, Side::Right, &mut u);
-        let at = Point { t, y: &[], u: &u, p: problem.p, z: &start.z };
+        let point = Point { t, y: &[], u: &u, p: problem.p, z: &start.z };
         let mut mass = vec![0.0; n];
-        system.mass(at, &mut mass);
+        system.mass(point, &mut mass);
         let other = (0..n).find(|i| (mass[*i] != 0.0) != model.states.contains(i));
         if let Some(i) = other {
             let unknown = signature.unknowns.name(i).to_string();
@@ -99,7 +99,7 @@ impl Start {
         };
         let mut s = vec![0.0; n * n_s];
         if n_s > 0 {
-            problem.start_sensitivities(at, &mut s);
+            problem.start_sensitivities(point, &mut s);
         }
         let s = (0..n_s).map(|j| of_states(&s[j * n..(j + 1) * n])).collect();
         Ok(Self { x: of_states(&start.y), s })
@@ -184,21 +184,21 @@ impl<'a> Run<'a> {
             return;
         }
         let segment = self.inputs.segment(segment);
-        let at = self.driven(segment, t);
+        let driven = self.driven(segment, t);
         let udot = DVector::from_column_slice(segment.udot);
         let rounding = ROUNDING * t.abs().max(until.abs());
         // δẋ = A δx + b₀ + b₁ (t − t₀)
-        let b_0 = &self.model.rates + &self.model.b * &at.u;
+        let b_0 = &self.model.rates + &self.model.b * &driven.u;
         let b_1 = &self.model.b * &udot;
         let response = self.responses.of(until - t, rounding);
         let of_slopes = &mut response.slopes.iter();
         let value = &response.value;
-        for ((s, slopes), moved) in self.s.iter_mut().zip(self.slopes).zip(&at.moved) {
+        for ((s, slopes), moved) in self.s.iter_mut().zip(self.slopes).zip(&driven.moved) {
             let mut next = &value.phi * &*s;
             // The part of b₀ that is due to the inputs alone.
             let mut db_0 = &self.model.b * moved;
             if let Some(slopes) = slopes {
-                db_0 += &slopes.rates + &slopes.b * &at.u;
+                db_0 += &slopes.rates + &slopes.b * &driven.u;
                 next += &value.gamma_1 * (&slopes.b * &udot);
                 if let Some(response) = of_slopes.next() {
                     next += &response.phi * &self.x;
@@ -275,10 +275,10 @@ impl<'a> Run<'a> {
         let columns = self.slopes.iter().zip(&driven.moved).enumerate();
         let dw = columns.map(|(j, (slopes, moved))| {
             let s = DVector::from_column_slice(&s[j * x.len()..(j + 1) * x.len()]);
-            let own = c * s + d * moved;
+            let slope = c * s + d * moved;
             match slopes {
-                Some(slopes) => own + &slopes.w + &slopes.c * &x + &slopes.d * &driven.u,
-                None => own,
+                Some(slopes) => slope + &slopes.w + &slopes.c * &x + &slopes.d * &driven.u,
+                None => slope,
             }
         });
         (value, dw.collect())
@@ -359,7 +359,7 @@ pub fn operating_points(
     starts: &[Starts],
 ) -> Result<Vec<Option<OperatingPoint>>, TrialFailed> {
     let recordings = problem.recordings.iter().zip(starts).enumerate();
-    let all = recordings.map(|(r, (recording, start))| {
+    let points = recordings.map(|(r, (recording, start))| {
         let (Some(at), Some(&from)) = (&recording.linear, recording.times.first()) else {
             return Ok(None);
         };
@@ -371,7 +371,7 @@ pub fn operating_points(
         };
         at.point(&run, from, &problem.options).map(Some).map_err(failed)
     });
-    all.collect()
+    points.collect()
 }
 
 /// Simulates recordings by the nonlinear model, with the estimates of its linearisation.

@@ -156,17 +156,24 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
         return Err(EstimateError::TooFewSamples { samples, free: variables.len() });
     }
 
-    let of = problem.keeping.digest(|digest| {
+    let digest_of_problem = problem.keeping.digest(|digest| {
         digest.of(&"simulations of a fit").of(&problem.p).of(&problem.free).of(&problem.recordings)
     });
     let mut total = Total::default();
     let problem = &readings::with_tolerance(problem, &variables, &z, &mut total);
-    z = readings::closer(problem, &variables, z, data, of, &mut total)?;
+    z = readings::closer(problem, &variables, z, data, digest_of_problem, &mut total)?;
     let mut accuracy = Accuracy::first(problem, &variables, &z)?;
     let mut last: Option<(Accuracy, Ended)> = None;
     let (accuracy, Ended { z, at, sigma }) = loop {
         let stepped = OutputErrorProblem { options: accuracy.applied(), ..problem.clone() };
-        let ended = match estimate_by_loss(&stepped, &variables, z.clone(), data, of, &mut total) {
+        let ended = match estimate_by_loss(
+            &stepped,
+            &variables,
+            z.clone(),
+            data,
+            digest_of_problem,
+            &mut total,
+        ) {
             Ok(ended) => ended,
             // The less accurate result is kept.
             Err(error) => break last.ok_or(error)?,
@@ -252,7 +259,7 @@ fn estimate(
     };
     total.evaluations += 1;
     let first = of_problem(beginning, &z, &sigma).map_err(EstimateError::Start)?;
-    let mut at = weigh(problem, variables, &z, &sigma, first);
+    let mut weighted = weigh(problem, variables, &z, &sigma, first);
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
         let flat = unseen(problem.options.rtol).max(problem.stopping.flat);
@@ -271,20 +278,20 @@ fn estimate(
         };
         let region = Region { bounds: &bounds, reach: &reach, leading: variables.n_shared };
         let mut done = total.evaluations;
-        let minimum = minimise_watched(z, at, region, &rule, problem.watch, |z| {
+        let minimum = minimise_watched(z, weighted, region, &rule, problem.watch, |z| {
             let sums = simulated(z, &sigma);
             done += 1;
-            let of = Of::AtMost(problem.stopping.evaluations);
-            problem.watch.advanced(Progress { what: "simulations", done, of });
+            let limit = Of::AtMost(problem.stopping.evaluations);
+            problem.watch.advanced(Progress { what: "simulations", done, of: limit });
             Ok(weigh(problem, variables, z, &sigma, sums?))
         });
         let termination = minimum.termination;
-        (z, at) = total.add(minimum);
+        (z, weighted) = total.add(minimum);
         // An estimate at a bound uses no degree of freedom.
         let left = data.saturating_sub(variables.unheld(&z)).max(1);
         let spread = (data as f64 / left as f64).sqrt();
         let next = if is_squares {
-            estimated_noise(problem, &at.sums, &sigma, &least, spread)
+            estimated_noise(problem, &weighted.sums, &sigma, &least, spread)
         } else {
             noise_of_medians(&patient, variables, &z, &least, spread)
                 .map_err(EstimateError::Start)?
@@ -298,14 +305,14 @@ fn estimate(
         }
         sigma = next;
         let sums = if is_squares {
-            at.sums
+            weighted.sums
         } else {
             total.evaluations += 1;
             of_problem(&patient, &z, &sigma).map_err(EstimateError::Start)?
         };
-        at = weigh(problem, variables, &z, &sigma, sums);
+        weighted = weigh(problem, variables, &z, &sigma, sums);
     }
-    Ok(Ended { z, at, sigma })
+    Ok(Ended { z, at: weighted, sigma })
 }
 
 /// Start values of each recording from its samples before a time, at the parameters of the problem.
@@ -382,8 +389,8 @@ pub fn evaluate(
         outputs_of(system, recording, p, &starts[r], options, Derivatives::No).and_then(
             |observations| {
                 let counting = vec![Counting::Squares; names.len()];
-                let of = SumsOf { columns: &[], counting: &counting };
-                let sums = sums(recording, &observations, of, |i| names[i].clone())?;
+                let sums_of = SumsOf { columns: &[], counting: &counting };
+                let sums = sums(recording, &observations, sums_of, |i| names[i].clone())?;
                 Ok((observations, sums))
             },
         )
@@ -483,7 +490,7 @@ pub(crate) fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {
 
 /// Initial σ; `None` for outputs that are not fitted.
 fn first_noise(problem: &OutputErrorProblem<'_>, least: &[f64]) -> Vec<Option<f64>> {
-    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+    let first_sigma = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
         // Likelihood contributions include σ in the sums.
         Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
@@ -491,7 +498,7 @@ fn first_noise(problem: &OutputErrorProblem<'_>, least: &[f64]) -> Vec<Option<f6
             Some(noise::scatter(problem.recordings, i).unwrap_or(0.0).max(least[i]))
         }
     };
-    problem.noise.iter().enumerate().map(of).collect()
+    problem.noise.iter().enumerate().map(first_sigma).collect()
 }
 
 /// σ from the median absolute error, if it is to be estimated: robust to outliers.
@@ -512,7 +519,7 @@ fn noise_of_medians(
     } else {
         Vec::new()
     };
-    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+    let sigma_of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
         // Likelihood contributions include σ in the sums.
         Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
@@ -525,7 +532,7 @@ fn noise_of_medians(
                 .map(|sigma| sigma.max(least[i]))
         }
     };
-    Ok(problem.noise.iter().enumerate().map(of).collect())
+    Ok(problem.noise.iter().enumerate().map(sigma_of).collect())
 }
 
 /// σ from the residuals, if it is to be estimated.
@@ -536,7 +543,7 @@ fn estimated_noise(
     least: &[f64],
     spread: f64,
 ) -> Vec<Option<f64>> {
-    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+    let sigma_of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
         // Likelihood contributions include σ in the sums.
         Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
@@ -544,5 +551,5 @@ fn estimated_noise(
             noise::of_residuals(sums, i, spread).map(|next| next.max(least[i])).or(sigma[i])
         }
     };
-    problem.noise.iter().enumerate().map(of).collect()
+    problem.noise.iter().enumerate().map(sigma_of).collect()
 }

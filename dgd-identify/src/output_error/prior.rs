@@ -85,8 +85,8 @@ impl Prior {
 
     /// The derivative of the combination with respect to a parameter.
     pub fn weight(&self, parameter: usize) -> f64 {
-        let own = self.weights.iter().filter(|(i, _)| *i == parameter);
-        own.map(|(_, weight)| *weight).sum()
+        let own_weights = self.weights.iter().filter(|(i, _)| *i == parameter);
+        own_weights.map(|(_, weight)| *weight).sum()
     }
 
     /// Whether it contains a free parameter.

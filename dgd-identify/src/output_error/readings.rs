@@ -58,9 +58,9 @@ impl<'p, 'a> At<'p, 'a> {
         let starts: Vec<Starts> =
             recordings.map(|(r, recording)| variables.starts(r, &recording.start, z)).collect();
         // If this is cancelled, so is the search.
-        let found = evaluate(problem, &p, &starts).ok()?;
+        let evaluation = evaluate(problem, &p, &starts).ok()?;
         total.beforehand += 1;
-        Some(Self { problem, found })
+        Some(Self { problem, found: evaluation })
     }
 
     /// For the counted samples of an output: the reading, and all outputs.
@@ -89,11 +89,11 @@ impl<'p, 'a> At<'p, 'a> {
             let Some(Noise::Density(density)) = noise else { continue };
             for (measured, w) in self.samples(output) {
                 let sigma = w[density.deviation];
-                let seen = Seen { measured, simulated: w[output], sigma };
-                if seen.spoilt(density.distribution).is_some() {
+                let reading = Seen { measured, simulated: w[output], sigma };
+                if reading.spoilt(density.distribution).is_some() {
                     return None;
                 }
-                let term = seen.term(density.distribution);
+                let term = reading.term(density.distribution);
                 sum += term.cost + term.logarithm;
             }
         }
@@ -124,7 +124,7 @@ fn noise_of_readings(
         return problem.recordings.iter().flat_map(of_recording).filter(is_usable).collect();
     };
     let shape = at.shape(output);
-    let of = |(y, w): (f64, &[f64])| {
+    let noise_at = |(y, w): (f64, &[f64])| {
         let sigma = w[density.deviation].abs();
         let sigma = match (density.distribution, shape) {
             (Distribution::LogNormal, _) => sigma * y,
@@ -135,7 +135,7 @@ fn noise_of_readings(
     };
     let simulated = at.samples(output).filter(|_| simulated && shape.is_some());
     let simulated = simulated.map(|(_, w)| (w[output], w[density.deviation].abs()));
-    at.samples(output).map(of).chain(simulated).filter(is_usable).collect()
+    at.samples(output).map(noise_at).chain(simulated).filter(is_usable).collect()
 }
 
 /// Whether the model computes the noise of an output.
@@ -151,16 +151,17 @@ pub(super) fn with_tolerance<'a>(
     total: &mut Total,
 ) -> OutputErrorProblem<'a> {
     let Some(reaches) = reaches(problem, variables, z) else { return problem.clone() };
-    let at = if is_computed(problem) { At::new(problem, variables, z, total) } else { None };
+    let first_run = if is_computed(problem) { At::new(problem, variables, z, total) } else { None };
     let with = |atol: f64| {
         let options = Options { atol: problem.options.atol.min(atol), ..problem.options };
         OutputErrorProblem { options, ..problem.clone() }
     };
     for simulated in [true, false] {
         let atol = (0..reaches.len()).filter(|output| reaches[*output] > 0.0).map(|output| {
-            let all = noise_of_readings(problem, at.as_ref(), output, simulated).into_iter();
+            let readings =
+                noise_of_readings(problem, first_run.as_ref(), output, simulated).into_iter();
             let least =
-                all.map(|(y, sigma)| (problem.options.rtol * y.abs()).max(OF_NOISE * sigma));
+                readings.map(|(y, sigma)| (problem.options.rtol * y.abs()).max(OF_NOISE * sigma));
             least.fold(f64::INFINITY, f64::min) / reaches[output]
         });
         let atol = atol.filter(|atol| *atol > 0.0).fold(f64::INFINITY, f64::min);
@@ -183,9 +184,9 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
     let p = variables.parameters(problem.p, z);
     let start = variables.starts(0, &recording.start, z);
     let run = Problem { system: &system, p: &p, inputs: &recording.inputs, start: &start };
-    let found = consistent_start(&run, t, &problem.options).ok()?;
-    let mut sizes = vec![0.0; found.y.len()];
-    unknown_sizes(&system, &found.y, &mut sizes);
+    let consistent = consistent_start(&run, t, &problem.options).ok()?;
+    let mut sizes = vec![0.0; consistent.y.len()];
+    unknown_sizes(&system, &consistent.y, &mut sizes);
     // Delayed unknowns follow the inputs in u; sizes hardly depend on them.
     let mut u = vec![0.0; signature.n_u()];
     recording.inputs.value(t, Side::Right, &mut u[..recording.inputs.len()]);
@@ -193,8 +194,8 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
     let [by_y, by_u, by_p] = &signature.output_jacobians;
     let mut dwdy = vec![0.0; by_y.len()];
     let (mut dwdu, mut dwdp) = (vec![0.0; by_u.len()], vec![0.0; by_p.len()]);
-    let at = Point { t, y: &found.y, u: &u, p: &p, z: &found.z };
-    system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut vec![0.0; n_w]);
+    let point = Point { t, y: &consistent.y, u: &u, p: &p, z: &consistent.z };
+    system.output_jacobians(point, &mut dwdy, &mut dwdu, &mut dwdp, &mut vec![0.0; n_w]);
     let mut reaches = vec![0.0; n_w];
     for ((row, column), value) in by_y.positions().zip(&dwdy) {
         reaches[row] += value.abs() * sizes[column];
@@ -239,8 +240,8 @@ pub(super) fn closer(
         let accuracy = Accuracy::first(&scaled, variables, &z)?;
         let scaled = OutputErrorProblem { options: accuracy.applied(), ..scaled };
         let pairs = shapes.iter().flatten().map(|shape| (shape.floor, shape.slope));
-        let of = of.map(|of| of.of(&("even noise", round)).of(&pairs.collect::<Vec<_>>()));
-        let ended = estimate(&scaled, variables, z.clone(), data, of, total);
+        let digest = of.map(|of| of.of(&("even noise", round)).of(&pairs.collect::<Vec<_>>()));
+        let ended = estimate(&scaled, variables, z.clone(), data, digest, total);
         let Ok(Ended { z: found, .. }) = ended else { break };
         let Some(next) = At::new(problem, variables, &found, total) else { break };
         let Some(deviance) = next.deviance() else { break };

@@ -118,8 +118,8 @@ impl Stepping {
         let Options { method, steps, .. } = problem.options;
         let linear = |recording: &Recording| recording.linear.is_some();
         if problem.recordings.iter().any(linear) {
-            let all = problem.recordings.iter().all(linear);
-            return Ok(if all { Self::Exact } else { Self::Adaptive });
+            let all_linear = problem.recordings.iter().all(linear);
+            return Ok(if all_linear { Self::Exact } else { Self::Adaptive });
         }
         match steps {
             Steps::Adaptive => Ok(Self::Adaptive),
@@ -153,8 +153,8 @@ impl Stepping {
                 choice = choose_per_sample(&run, &recording.times, &problem.options).ok()?;
             }
         }
-        let found = enough(problem, variables, z, choice).ok()?;
-        found.is_short().then_some(found)
+        let choice_found = enough(problem, variables, z, choice).ok()?;
+        choice_found.is_short().then_some(choice_found)
     }
 
     /// Whether there are few steps per sample.

@@ -43,8 +43,8 @@ pub(crate) fn simulate_all(
         let columns = variables.columns(r, z);
         let name = |i: usize| names[i].clone();
         let counting = counting(noise, *loss, sigma, recording);
-        let of = SumsOf { columns: &columns, counting: &counting };
-        simulated_sums(system, recording, &p, &start, options, of, name)
+        let sums_of = SumsOf { columns: &columns, counting: &counting };
+        simulated_sums(system, recording, &p, &start, options, sums_of, name)
     });
     let failed = |(recording, result): (usize, Result<Vec<Sums>, TrialFailure>)| {
         result.map_err(|reason| TrialFailed { recording, reason })
@@ -59,7 +59,7 @@ fn counting<'r>(
     sigma: &[Option<f64>],
     recording: &'r Recording,
 ) -> Vec<Counting<'r>> {
-    let of = |i: usize| match noise[i] {
+    let counting_of = |i: usize| match noise[i] {
         Some(Noise::Density(density)) => Counting::Density(density),
         Some(Noise::Stabilised(density, shape)) => Counting::Stabilised(density, shape),
         Some(Noise::Recorded) => {
@@ -70,7 +70,7 @@ fn counting<'r>(
             loss.scaled(sigma[i]).map_or(Counting::Squares, Counting::Robust)
         }
     };
-    (0..sigma.len()).map(of).collect()
+    (0..sigma.len()).map(counting_of).collect()
 }
 
 /// Weights and adds up contributions: recordings and their outputs in order, then priors.
@@ -116,12 +116,12 @@ fn add(
     weight: f64,
     of_recording: &[f64],
 ) {
-    let own = variables.n_shared + variables.n_start;
-    for i in 0..own {
+    let n_own = variables.n_shared + variables.n_start;
+    for i in 0..n_own {
         let row = variables.position(r, i);
         for j in 0..=i {
             let column = variables.position(r, j);
-            information[(row, column)] += weight * of_recording[i * own + j];
+            information[(row, column)] += weight * of_recording[i * n_own + j];
         }
     }
 }
@@ -136,8 +136,8 @@ pub(crate) fn curvature_and_influence(
 ) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = variables.len();
     let (mut h, mut g) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    let all = || at.sums.iter().flatten().filter(|sums| sums.robust.is_some());
-    let samples = all().map(|sums| sums.samples).sum::<usize>();
+    let robust_sums = || at.sums.iter().flatten().filter(|sums| sums.robust.is_some());
+    let samples = robust_sums().map(|sums| sums.samples).sum::<usize>();
     let data = samples + effective_priors(problem, variables);
     let unheld = variables.unheld(z);
     let spread = data as f64 / data.saturating_sub(unheld).max(1) as f64;
@@ -201,8 +201,8 @@ pub(crate) fn effective_priors(problem: &OutputErrorProblem<'_>, variables: &Var
 
 /// Simulated against measured, by recording and output.
 pub(crate) fn misfits(sums: &[Vec<Sums>]) -> Vec<Vec<Misfit>> {
-    let of = |sums: &Sums| Misfit { samples: sums.samples, squares: sums.squares };
-    sums.iter().map(|of_recording| of_recording.iter().map(of).collect()).collect()
+    let misfit = |sums: &Sums| Misfit { samples: sums.samples, squares: sums.squares };
+    sums.iter().map(|of_recording| of_recording.iter().map(misfit).collect()).collect()
 }
 
 /// Names of the outputs, for messages.

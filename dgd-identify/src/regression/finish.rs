@@ -90,8 +90,8 @@ impl RegressionFit {
 
     /// Correlation of the errors of two estimates.
     pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
-        let of = |i, j| self.uncertainty.covariance(i, j);
-        Some(of(i, j)? / (of(i, i)? * of(j, j)?).sqrt())
+        let covariance = |i, j| self.uncertainty.covariance(i, j);
+        Some(covariance(i, j)? / (covariance(i, i)? * covariance(j, j)?).sqrt())
     }
 }
 
@@ -268,8 +268,8 @@ pub(crate) fn finish(
             }
         })
         .collect();
-    let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
-    let uncertainty = Uncertainty::of_triangle(&r, &held, UNSEEN);
+    let is_fixed: Vec<bool> = bounds.iter().map(Option::is_some).collect();
+    let uncertainty = Uncertainty::of_triangle(&r, &is_fixed, UNSEEN);
     let spectrum = spectrum(&r);
     let tallies = tallies(rows, &found.p)?;
     let estimates = free.iter().enumerate().map(|(j, i)| Estimate {
@@ -299,7 +299,7 @@ pub(crate) fn finish(
         method,
         estimates,
         linear: linear.to_vec(),
-        unbounded: held.contains(&true).then_some(found.unbounded),
+        unbounded: is_fixed.contains(&true).then_some(found.unbounded),
         rank: spectrum.rank,
         condition_number: spectrum.condition_number,
         undetermined: uncertainty.undetermined.clone(),

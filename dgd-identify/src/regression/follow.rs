@@ -107,8 +107,10 @@ pub fn follow(
         p[*i] = *value;
     }
     let bounds = prepared.bounds(RegressionMethod::LeastSquares);
-    let found = Found::new(&prepared, &mut rows, &first, p.clone(), p, &bounds, &Searched::of(2))?;
-    let mut fit = finish(&prepared, &mut rows, &linear, found, RegressionMethod::LeastSquares)?;
+    let first_round =
+        Found::new(&prepared, &mut rows, &first, p.clone(), p, &bounds, &Searched::of(2))?;
+    let mut fit =
+        finish(&prepared, &mut rows, &linear, first_round, RegressionMethod::LeastSquares)?;
     fit.forget_uncertainty();
     let covariance = following.estimator.covariance();
     let sizes = &prepared.sizes;
@@ -157,12 +159,12 @@ impl Following<'_> {
                 None => {}
                 Some((before, from)) => {
                     let h = t - before;
-                    let at = known.point_before(sample, &self.prepared.p);
-                    let to = self.signals(rows, recording, sample, at);
-                    let to = to.unwrap_or_else(|| now.clone());
-                    self.filter.lead(from, &to, h);
+                    let point = known.point_before(sample, &self.prepared.p);
+                    let signals = self.signals(rows, recording, sample, point);
+                    let next = signals.unwrap_or_else(|| now.clone());
+                    self.filter.lead(from, &next, h);
                     let (filter, weights) = (&mut self.filter, &self.weights);
-                    let (mut smoothed, mut rates) = (vec![0.0; to.len()], vec![0.0; to.len()]);
+                    let (mut smoothed, mut rates) = (vec![0.0; next.len()], vec![0.0; next.len()]);
                     // Steps in which the filtered signals are nearly polynomial.
                     let steps = (h / self.step).ceil().clamp(1.0, MOST_STEPS);
                     for _ in 0..steps as usize {
@@ -199,8 +201,8 @@ impl Following<'_> {
         let blocks = signals.chunks_exact_mut(2 * (n + 1)).enumerate();
         for (kind, block) in blocks {
             let (plain, by_rate) = block.split_at_mut(n + 1);
-            let of = rows.kinds[kind].of;
-            let moved = match of {
+            let subject = rows.kinds[kind].of;
+            let moved = match subject {
                 // Only unknowns determined by readings have moved by themselves.
                 RowOf::Equation(i) if rows.is_differential(kind, at) => {
                     if !rows.known[recording].is_given(sample, i) {
@@ -210,7 +212,7 @@ impl Following<'_> {
                 }
                 RowOf::Equation(_) | RowOf::Output(_) => 0.0,
             };
-            let measured = match of {
+            let measured = match subject {
                 RowOf::Output(i) => rows.recordings[recording].measured[i].as_ref()?[sample],
                 RowOf::Equation(_) => 0.0,
             };
@@ -227,8 +229,8 @@ impl Following<'_> {
             // g(p) = g(p̂) + Σ gⱼ (pⱼ − p̂ⱼ),  g = f or p_k f
             let mut constant = factor * value;
             for (j, i) in free.iter().enumerate() {
-                let own = if multiplier == Some(j) { value } else { 0.0 };
-                let slope = factor * slopes[j] + own;
+                let extra = if multiplier == Some(j) { value } else { 0.0 };
+                let slope = factor * slopes[j] + extra;
                 constant -= slope * p[*i];
                 plain[1 + j] = slope * sizes[j];
             }

@@ -168,8 +168,8 @@ pub fn regress(
         known = next;
         fit = regress_known(&prepared, &known, method)?;
     }
-    let all: usize = known.iter().map(|known| known.times.len()).sum();
-    if samples as f64 <= UNSETTLED * all as f64 {
+    let total: usize = known.iter().map(|known| known.times.len()).sum();
+    if samples as f64 <= UNSETTLED * total as f64 {
         Ok(fit)
     } else {
         Err(RegressionError::ModesDoNotSettle { samples })
@@ -195,21 +195,21 @@ fn regress_known(
         return Err(prepare::not_linear(problem, &mut rows, &linear));
     }
 
-    let mut found = Found::first(prepared, &mut rows)?;
+    let mut round = Found::first(prepared, &mut rows)?;
     let mut is_stopped = false;
     let bounds = prepared.bounds(method);
     for _ in 0..MOST_ROUNDS {
-        let next = separable::solve(prepared, &mut rows, &linear, &found, method, &bounds)?;
+        let next = separable::solve(prepared, &mut rows, &linear, &round, method, &bounds)?;
         // The weight of a single kind of rows, without priors, has no effect.
         let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
-        let is_stable = is_one || next.is_stable(&found, STABLE);
-        found = next;
+        let is_stable = is_one || next.is_stable(&round, STABLE);
+        round = next;
         is_stopped = problem.watch.is_stopped();
-        if is_stable || is_stopped || !found.is_converged {
+        if is_stable || is_stopped || !round.is_converged {
             break;
         }
     }
-    let mut fit = finish::finish(prepared, &mut rows, &linear, found, method)?;
+    let mut fit = finish::finish(prepared, &mut rows, &linear, round, method)?;
     fit.is_stopped = is_stopped;
     fit.is_converged &= !is_stopped;
     Ok(fit)

@@ -43,8 +43,8 @@ impl<'a> Prepared<'a> {
         let is_other =
             |prior: &&Prior| prior.concerns(|i| free.contains(&i)) && prior.as_normal().is_none();
         if let Some(prior) = problem.priors.iter().find(is_other) {
-            let of = prior.names(signature);
-            return Err(RegressionError::Prior { of, law: prior.density.name() });
+            let names = prior.names(signature);
+            return Err(RegressionError::Prior { of: names, law: prior.density.name() });
         }
         let prepared = Self {
             problem,
@@ -66,13 +66,13 @@ impl<'a> Prepared<'a> {
     /// Bounds of the free parameters, if the method respects these.
     pub(crate) fn bounds(&self, method: RegressionMethod) -> Vec<(f64, f64)> {
         let parameters = &self.problem.system.signature().parameters;
-        let of = |i: &usize| match method {
+        let bounds_of = |i: &usize| match method {
             RegressionMethod::LeastSquares => (f64::NEG_INFINITY, f64::INFINITY),
             RegressionMethod::Bounded
             | RegressionMethod::VariableProjection
             | RegressionMethod::NelderMead => (parameters[*i].lower, parameters[*i].upper),
         };
-        self.free.iter().map(of).collect()
+        self.free.iter().map(bounds_of).collect()
     }
 
     /// Determines the unknowns at each sample.
@@ -83,22 +83,22 @@ impl<'a> Prepared<'a> {
             return Err(RegressionError::NothingMeasured);
         }
         let sensors = self.sensors();
-        let mut all = Vec::with_capacity(recordings.len());
+        let mut all_known = Vec::with_capacity(recordings.len());
         for (r, recording) in recordings.iter().enumerate() {
             let mut known = Known::new(*system, &self.p, r, recording, &sensors, *half_width)?;
             known.keep_steady(steady);
-            all.push(known);
+            all_known.push(known);
         }
         let counts = |known: &Known| (0..known.times.len()).any(|k| known.counts(k));
-        if !steady.is_empty() && !all.iter().any(counts) {
-            return Err(self.nothing_steady(&all));
+        if !steady.is_empty() && !all_known.iter().any(counts) {
+            return Err(self.nothing_steady(&all_known));
         }
-        Ok(all)
+        Ok(all_known)
     }
 
     fn nothing_steady(&self, known: &[Known]) -> RegressionError {
         let unknowns = &self.problem.system.signature().unknowns;
-        let of = |(i, limit): &(usize, f64)| {
+        let unsteady = |(i, limit): &(usize, f64)| {
             let unit = unknowns.unit(*i);
             let slowest = known.iter().map(|known| known.slowest(*i)).fold(f64::INFINITY, f64::min);
             Unsteady {
@@ -108,7 +108,9 @@ impl<'a> Prepared<'a> {
                 unit: unit.symbol.to_string(),
             }
         };
-        RegressionError::NothingSteady { unknowns: self.problem.steady.iter().map(of).collect() }
+        RegressionError::NothingSteady {
+            unknowns: self.problem.steady.iter().map(unsteady).collect(),
+        }
     }
 
     /// The rows, some of which depend on each free parameter.

@@ -115,26 +115,26 @@ impl Along<'_> {
         let Self { prepared, fit, .. } = self;
         let free = &prepared.free;
         let mut bounds = prepared.bounds(self.method);
-        let held = held * fit.sizes[j];
-        bounds[j] = (held, held);
+        let value = held * fit.sizes[j];
+        bounds[j] = (value, value);
         let mut start = Found::of(fit);
         for ((i, z), size) in free.iter().zip(&from.z).zip(&fit.sizes) {
             start.p[*i] = z * size;
         }
-        start.p[free[j]] = held;
+        start.p[free[j]] = value;
         let mut rows = self.rows.borrow_mut();
-        let found =
+        let searched =
             separable::solve(prepared, &mut rows, &fit.linear, &start, self.method, &bounds)
                 .ok()?;
-        evaluations.set(evaluations.get() + found.evaluations);
-        if !found.is_converged {
+        evaluations.set(evaluations.get() + searched.evaluations);
+        if !searched.is_converged {
             return None;
         }
-        let sum = sum(prepared, &mut rows, &start.sigma, &found.p).ok()?;
+        let sum = sum(prepared, &mut rows, &start.sigma, &searched.p).ok()?;
         if sum.rows != self.least.rows {
             return None;
         }
-        let z = free.iter().zip(&fit.sizes).map(|(i, size)| found.p[*i] / size);
+        let z = free.iter().zip(&fit.sizes).map(|(i, size)| searched.p[*i] / size);
         Some(HeldMinimum { z: z.collect(), deviance: sum.cost - self.least.cost })
     }
 }

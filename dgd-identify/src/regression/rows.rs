@@ -120,8 +120,8 @@ impl RowKind {
 pub(crate) fn late_reads(system: &dyn Model, pattern: &Pattern, row: usize) -> Vec<(usize, usize)> {
     let values = system.signature().past().values();
     let places = pattern.positions().enumerate();
-    let own = places.filter(|(_, (r, column))| *r == row && values.contains(column));
-    own.map(|(place, (_, column))| (column - values.start, place)).collect()
+    let delayed = places.filter(|(_, (r, column))| *r == row && values.contains(column));
+    delayed.map(|(place, (_, column))| (column - values.start, place)).collect()
 }
 
 /// For each delayed unknown, the free parameters that its delay may depend on.
@@ -132,8 +132,8 @@ pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
     let mut dtau = vec![0.0; n_tau * n_s];
     let delayed = signature.delayed_unknowns.iter();
     if n_tau > 0 && delayed.len() > 0 {
-        let at = Point { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
-        system.delay_sensitivities(at, &mut dtau);
+        let point = Point { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
+        system.delay_sensitivities(point, &mut dtau);
     }
     let moves = |delay: usize, j: &usize| {
         signature.directions.iter().enumerate().any(|(direction, of)| {
@@ -272,8 +272,8 @@ impl<'a> Rows<'a> {
                 let delay = signature.delayed_unknowns[*delayed].delay;
                 for j in &kind.in_delays {
                     let wanted = Direction::Parameter(self.free[*j]);
-                    let of = signature.directions.iter().position(|of| *of == wanted);
-                    let slope = of.map_or(0.0, |of| self.dtau[of * n_tau + delay]);
+                    let direction = signature.directions.iter().position(|of| *of == wanted);
+                    let slope = direction.map_or(0.0, |of| self.dtau[of * n_tau + delay]);
                     self.by_p[k * self.free.len() + j] -= derivatives[*place] * rate * slope;
                 }
             }
@@ -343,11 +343,11 @@ impl<'a> Rows<'a> {
         if !late.is_empty() && !known.has_past(sample) {
             return f64::NAN;
         }
-        let of = *of;
+        let subject = *of;
         if self.is_idle(kind, at) {
             return f64::NAN;
         }
-        match of {
+        match subject {
             RowOf::Output(i) => {
                 let measured = self.recordings[recording].measured[i].as_ref();
                 measured.map_or(f64::NAN, |samples| samples[sample])
@@ -410,8 +410,8 @@ impl<'a> Rows<'a> {
                 if targets.iter().all(|target| target.is_nan()) {
                     continue;
                 }
-                let at = known.point(sample, p);
-                self.with_late(recording, at, |rows, at| {
+                let point = known.point(sample, p);
+                self.with_late(recording, point, |rows, at| {
                     rows.predict(at);
                 });
                 for (kind, &target) in targets.iter().enumerate().filter(|(_, t)| !t.is_nan()) {
@@ -419,7 +419,7 @@ impl<'a> Rows<'a> {
                     self.slopes.copy_from_slice(&self.by_p[kind * n..(kind + 1) * n]);
                     let mut residual = predicted - target;
                     let multiplier = self.kinds[kind].multiplier;
-                    let multiplier = multiplier.filter(|_| self.is_multiplied(kind, at));
+                    let multiplier = multiplier.filter(|_| self.is_multiplied(kind, point));
                     if let Some(k) = multiplier {
                         // ∂(p_k e)/∂p_j = p_k ∂e/∂p_j + δ_jk e
                         let factor = p[self.free[k]];

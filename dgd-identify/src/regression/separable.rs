@@ -92,21 +92,21 @@ pub(crate) fn solve(
         let z = if method == RegressionMethod::NelderMead {
             let rule = prepared.problem.simplex;
             let watch = prepared.problem.watch;
-            let found = nelder_mead(&z, &bounds, &rule, watch, |z| {
+            let simplex = nelder_mead(&z, &bounds, &rule, watch, |z| {
                 let mut trial = outer.parameters(&p, z);
                 inner.solve(rows, &mut trial).ok()
             });
-            evaluations += found.evaluations;
+            evaluations += simplex.evaluations;
             is_flat =
-                found.is_converged && outer.is_flat(rows, &inner, &p, &z, &found.x, &bounds)?;
-            is_converged = found.is_converged && !is_flat;
-            found.x
+                simplex.is_converged && outer.is_flat(rows, &inner, &p, &z, &simplex.x, &bounds)?;
+            is_converged = simplex.is_converged && !is_flat;
+            simplex.x
         } else {
-            let found = outer.search(rows, &inner, &p, z, &bounds)?;
-            evaluations += found.evaluations;
-            iterations += found.iterations;
-            (is_converged, is_flat) = (found.is_converged, found.is_flat);
-            found.x
+            let searched = outer.search(rows, &inner, &p, z, &bounds)?;
+            evaluations += searched.evaluations;
+            iterations += searched.iterations;
+            (is_converged, is_flat) = (searched.is_converged, searched.is_flat);
+            searched.x
         };
         p = outer.parameters(&p, &z);
     }
@@ -250,11 +250,11 @@ impl<'a> Outer<'a> {
 
     /// Bounds of the variables; one may be fixed.
     fn bounds(&self, bounds: &[(f64, f64)]) -> Vec<(f64, f64)> {
-        let of = |(variable, j): (&Variable, &usize)| match bounds[*j] {
+        let bounds_of = |(variable, j): (&Variable, &usize)| match bounds[*j] {
             (low, high) if low == high => (variable.variable(low), variable.variable(high)),
             _ => variable.bounds(),
         };
-        self.variables.all.iter().zip(&self.positions).map(of).collect()
+        self.variables.all.iter().zip(&self.positions).map(bounds_of).collect()
     }
 
     fn parameters(&self, p: &[f64], z: &[f64]) -> Vec<f64> {
@@ -274,26 +274,26 @@ impl<'a> Outer<'a> {
         let mut rule = self.prepared.problem.stopping;
         // Linear parameters are solved for: if the others change by more than their sizes in one step, a linear model
         // is useless.
-        let own = self.variables.reach().into_iter().zip(&z);
-        let reach: Vec<f64> = own.map(|(reach, z)| reach.min(z.abs().max(1.0))).collect();
+        let largest = self.variables.reach().into_iter().zip(&z);
+        let reach: Vec<f64> = largest.map(|(reach, z)| reach.min(z.abs().max(1.0))).collect();
         let region = Region { bounds, reach: &reach, leading: reach.len() };
         let mut near = p.to_vec();
-        let mut at = self.project(rows, inner, &mut near, &z)?;
+        let mut projected = self.project(rows, inner, &mut near, &z)?;
         let (mut evaluations, mut iterations) = (1, 0);
         loop {
             let watch = self.prepared.problem.watch;
             let mut done = evaluations;
-            let minimum = minimise_watched(z, at, region, &rule, watch, |z| {
+            let minimum = minimise_watched(z, projected, region, &rule, watch, |z| {
                 done += 1;
-                let of = Of::AtMost(self.prepared.problem.stopping.evaluations);
-                watch.advanced(Progress { what: "evaluations", done, of });
+                let limit = Of::AtMost(self.prepared.problem.stopping.evaluations);
+                watch.advanced(Progress { what: "evaluations", done, of: limit });
                 self.project(rows, inner, &mut near, z)
             });
             evaluations += minimum.evaluations;
             iterations += minimum.iterations;
             rule.evaluations = rule.evaluations.saturating_sub(minimum.evaluations);
             if minimum.termination == Termination::Stalled && minimum.iterations > 0 {
-                (z, at) = (minimum.x, minimum.at);
+                (z, projected) = (minimum.x, minimum.at);
                 continue;
             }
             let is_converged = minimum.termination.is_converged();

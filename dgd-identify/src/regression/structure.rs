@@ -29,7 +29,7 @@ pub(crate) fn find_linear(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64]) ->
     let mut conflicts = Vec::new();
     for kind in 0..rows.kinds.len() {
         let plain = conflicts_of(&points, rows, kind, None);
-        let mut found = plain.clone();
+        let mut kind_conflicts = plain.clone();
         let is_equation = matches!(rows.kinds[kind].of, RowOf::Equation(_));
         if !plain.is_empty() && is_equation {
             let factors = rows.kinds[kind].parameters.iter().map(|(j, _)| *j);
@@ -46,10 +46,10 @@ pub(crate) fn find_linear(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64]) ->
             }
             if let Some((m, multiplied)) = best {
                 rows.kinds[kind].multiplier = Some(m);
-                found = multiplied;
+                kind_conflicts = multiplied;
             }
         }
-        conflicts.extend(found);
+        conflicts.extend(kind_conflicts);
     }
     largest_set(&table(n, &conflicts))
 }
@@ -73,8 +73,8 @@ pub(crate) fn where_nonlinear(
 ) -> usize {
     let points = SHIFTS.map(|shift| Neighbourhood::of(system, rows, p, shift));
     let involved = |kind: &usize| {
-        let found = conflicts_of(&points, rows, *kind, rows.kinds[*kind].multiplier);
-        found.iter().any(|(j, k)| *j == parameter || *k == parameter)
+        let conflicts = conflicts_of(&points, rows, *kind, rows.kinds[*kind].multiplier);
+        conflicts.iter().any(|(j, k)| *j == parameter || *k == parameter)
     };
     (0..rows.kinds.len()).find(involved).unwrap_or(0)
 }
@@ -100,14 +100,14 @@ impl Neighbourhood {
             // Not all by the same factor, which could hide quotients.
             centre[*i] = moved_by(system, *i, p[*i], shift * (1.0 + 0.1 * k as f64));
         }
-        let at = Evaluated::at(rows, &centre);
+        let moved_rows = Evaluated::at(rows, &centre);
         let moved = free.iter().map(|i| {
             let mut p = centre.clone();
             p[*i] = moved_by(system, *i, p[*i], MOVE);
             let evaluated = Evaluated::at(rows, &p);
             (p, evaluated)
         });
-        Self { at, moved: moved.collect(), p: centre }
+        Self { at: moved_rows, moved: moved.collect(), p: centre }
     }
 }
 
@@ -170,13 +170,13 @@ fn conflicts_of(
     let n = rows.free.len();
     let with = |p: &[f64]| multiplier.map(|m| (m, p[rows.free[m]]));
     let read = || (0..n).filter(|j| rows.kinds[kind].has_parameter(*j));
-    let mut found = Vec::new();
+    let mut conflicts = Vec::new();
     for Neighbourhood { p, at, moved } in points {
         for k in read() {
             let (p_moved, evaluated) = &moved[k];
             for j in read() {
                 let (Some(at), Some(moved)) = (at, evaluated) else {
-                    found.push((j, k));
+                    conflicts.push((j, k));
                     continue;
                 };
                 let before = at.derivatives(kind, j, n, with(p));
@@ -187,12 +187,12 @@ fn conflicts_of(
                     size = size.max(before.abs()).max(after.abs());
                 }
                 if change > ROUNDING * size {
-                    found.push((j, k));
+                    conflicts.push((j, k));
                 }
             }
         }
     }
-    found
+    conflicts
 }
 
 /// The largest set without a conflict, the first of several; for many parameters one that cannot be extended.

@@ -72,7 +72,7 @@ const ATTRIBUTES: [&str; 24] = [
     "smooth",
 ];
 
-/// What is expected at a position in a line.
+/// The kinds of completions at a position in a line.
 enum Wanted {
     /// Words of the language.
     Words(Vec<&'static str>),
@@ -124,7 +124,7 @@ pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Ve
     }
 }
 
-/// What is expected after the beginning of a line.
+/// The completions after the beginning of a line.
 fn wanted(line: &str, is_effect: bool) -> Wanted {
     const READ: &[SymbolKind] = &[
         SymbolKind::Constant,

@@ -103,7 +103,7 @@ fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'
         SymbolKind::Equation | SymbolKind::Output | SymbolKind::Model | SymbolKind::Effect
     );
     let _ = match files.as_slice() {
-        // If anything uses it, files outside the project do.
+        // Files outside the project may use it.
         [] if is_read_elsewhere => Ok(()),
         [] => write!(text, "\n\nNot used"),
         files => write!(text, "\n\nUsed {times}, in {}", files.join(", ")),

@@ -266,7 +266,7 @@ fn so_many_pages_listen_and_others_are_told() {
         assert_eq!(first_line(stream), "HTTP/1.1 200");
     }
     assert_eq!(first_line(&mut served.send(&head)), "HTTP/1.1 503");
-    // Where one goes away, another may come.
+    // When one goes away, another may come.
     listening.pop();
     let began = Instant::now();
     while first_line(&mut served.send(&head)) != "HTTP/1.1 200" {

@@ -227,9 +227,9 @@ impl<'p> Search<'p> {
     ) -> Result<NormalEquations, Failed> {
         let bounds = self.bounds();
         if least.is_finite() {
-            let at = self.sum(system, threads, z, |_| Differences::none(z))?;
-            if at.cost >= least || at.cost.is_nan() {
-                return Ok(at);
+            let value = self.sum(system, threads, z, |_| Differences::none(z))?;
+            if value.cost >= least || value.cost.is_nan() {
+                return Ok(value);
             }
         }
         self.sum(system, threads, z, |r| self.differences(r, z, &bounds))
@@ -243,14 +243,14 @@ impl<'p> Search<'p> {
         z: &[f64],
         differences: impl Fn(usize) -> Differences + Sync,
     ) -> Result<NormalEquations, Failed> {
-        let of = self.of_recordings(system, threads, |system, r, threads| {
+        let contributions = self.of_recordings(system, threads, |system, r, threads| {
             let Differences { points, weights } = differences(r);
             let mut sum = NormalEquations::zeros(z.len());
             self.filter(system, r, &points, threads, |row| self.add(&mut sum, row, &weights))?;
             Ok(sum)
         });
         let mut sum = NormalEquations::zeros(z.len());
-        for of_recording in of {
+        for of_recording in contributions {
             let of_recording = of_recording?;
             sum.cost += of_recording.cost;
             sum.gradient += of_recording.gradient;
@@ -293,9 +293,9 @@ impl<'p> Search<'p> {
             start: self.variables.starts(r, &recording.start, z),
             tuning: self.tuning(z),
         };
-        let all: Vec<Numbers> = points.iter().map(numbers).collect();
+        let filters: Vec<Numbers> = points.iter().map(numbers).collect();
         let along = Along { recording, position: r, options: self.options };
-        filter_side_by_side(system, along, &all, threads, take)
+        filter_side_by_side(system, along, &filters, threads, take)
     }
 
     /// Adds the priors of free parameters.
@@ -311,12 +311,12 @@ impl<'p> Search<'p> {
     /// Differences with respect to the variables that affect a recording.
     fn differences(&self, r: usize, z: &[f64], bounds: &[(f64, f64)]) -> Differences {
         // Start values of other recordings do not affect this one.
-        let own = |j: usize| match self.variables.all.get(j) {
+        let is_relevant = |j: usize| match self.variables.all.get(j) {
             Some(variable) => variable.recording.is_none_or(|of| of == r),
             None => true,
         };
         let mut differences = Differences::none(z);
-        for j in (0..z.len()).filter(|j| own(*j)) {
+        for j in (0..z.len()).filter(|j| is_relevant(*j)) {
             let h = if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
             let (low, high) = bounds[j];
             differences.push(j, h, low, high);

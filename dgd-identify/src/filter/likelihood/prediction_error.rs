@@ -205,8 +205,8 @@ pub fn prediction_error(
         *z = z.clamp(*low, *high);
     }
     let minimum = minimised(&search, problem, z, &bounds, &problem.stopping, |done| {
-        let of = Of::AtMost(problem.stopping.evaluations + 1);
-        problem.watch.advanced(Progress { what: "evaluations", done, of });
+        let limit = Of::AtMost(problem.stopping.evaluations + 1);
+        problem.watch.advanced(Progress { what: "evaluations", done, of: limit });
     });
     let minimum = minimum.map_err(Failed::at_start)?;
     Ok(PredictionError {
@@ -234,10 +234,10 @@ pub(in crate::filter) fn minimised(
     let (mut done, mut least) = (0, f64::INFINITY);
     let mut secant = Secant::new(z.len());
     let mut evaluate = |z: &[f64]| {
-        let at = search.better(problem.system, problem.threads, z, least);
+        let evaluated = search.better(problem.system, problem.threads, z, least);
         done += 1;
         told(done);
-        let mut normal = at?;
+        let mut normal = evaluated?;
         let mut information = normal.information.clone();
         if normal.cost < least {
             least = normal.cost;
@@ -353,23 +353,24 @@ impl Search<'_> {
                 _ => None,
             })
             .collect();
-        let held: Vec<bool> = reached.iter().map(Option::is_some).collect();
-        let uncertainty = Uncertainty::new(&at.information, &held, UNSEEN);
+        let is_fixed: Vec<bool> = reached.iter().map(Option::is_some).collect();
+        let uncertainty = Uncertainty::new(&at.information, &is_fixed, UNSEEN);
         let std = |i: usize| uncertainty.covariance(i, i).map(f64::sqrt);
-        let all = &self.variables.all;
-        let slopes: Vec<f64> = all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
-        let estimates = (0..all.len())
+        let variables = &self.variables.all;
+        let slopes: Vec<f64> =
+            variables.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
+        let estimates = (0..variables.len())
             .map(|i| Estimate {
                 name: self.variables.name(signature, i),
-                of: all[i].of,
-                recording: all[i].recording,
-                value: all[i].value(z[i]),
+                of: variables[i].of,
+                recording: variables[i].recording,
+                value: variables[i].value(z[i]),
                 std: std(i).map(|std| std * slopes[i].abs()),
                 at_bound: reached[i],
             })
             .collect();
         let tuning = self.tuning(z);
-        let mut position = all.len();
+        let mut position = variables.len();
         let mut level = |value: f64, sought: &Option<Sought>| {
             let Some(sought) = sought else {
                 return LevelEstimate { value, log_std: None, at_bound: None };

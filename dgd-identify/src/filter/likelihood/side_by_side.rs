@@ -137,10 +137,10 @@ fn filter_some(
         if stretch.is_empty() {
             return;
         }
-        let mut told = Stretch { innovated: Vec::with_capacity(some.len()), failed: None };
+        let mut result = Stretch { innovated: Vec::with_capacity(some.len()), failed: None };
         for (i, filter) in filters.iter_mut().enumerate() {
             // Rows after a failure are ignored.
-            let until = told.failed.as_ref().map_or(stretch.len(), |(row, _, _)| *row);
+            let until = result.failed.as_ref().map_or(stretch.len(), |(row, _, _)| *row);
             let mut innovated = Vec::with_capacity(until);
             for (row, (k, measured)) in stretch[..until].iter().enumerate() {
                 let (t, inputs) = (recording.times[*k], &recording.inputs);
@@ -162,15 +162,15 @@ fn filter_some(
                         .map(|reason| Failed::Trial(TrialFailed { recording: position, reason })),
                 };
                 if let Some(failure) = failure {
-                    told.failed = Some((row, first + i, failure));
+                    result.failed = Some((row, first + i, failure));
                     break;
                 }
                 innovated.extend(filter.as_mut().map(Filter::take_innovated));
             }
-            told.innovated.push(innovated);
+            result.innovated.push(innovated);
         }
-        let has_failed = told.failed.is_some();
-        if !tell(told) || has_failed {
+        let has_failed = result.failed.is_some();
+        if !tell(result) || has_failed {
             return;
         }
     }

@@ -239,7 +239,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
             let trial = self.moved(&step);
             trials += 1;
             self.minimum.evaluations += 1;
-            let at = match evaluate(&trial) {
+            let value = match evaluate(&trial) {
                 Ok(at) => at,
                 // A cancelled trial gives no information about the point.
                 Err(_) if watch.is_stopped() => return Some(Termination::Stopped),
@@ -252,7 +252,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                 }
             };
             let normal = self.minimum.at.as_ref();
-            let reduction = normal.cost - at.as_ref().cost;
+            let reduction = normal.cost - value.as_ref().cost;
             let gain = reduction / promised;
             let is_other_better = self.curvature.other_is_better(normal, &step, reduction);
             // False for NaN.
@@ -263,12 +263,12 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                     gain if gain < GOOD => radius,
                     _ => radius.max(2.0 * length),
                 });
-                self.curvature.learn(&step, normal, at.as_ref());
+                self.curvature.learn(&step, normal, value.as_ref());
                 if is_other_better {
                     self.curvature.switch();
                 }
                 self.minimum.x = trial;
-                self.minimum.at = at;
+                self.minimum.at = value;
                 self.minimum.iterations += 1;
                 self.near_failures = failed;
                 return None;
@@ -279,7 +279,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                 self.curvature.switch();
                 self.radius = radius;
             } else {
-                self.radius = Some(least_along(normal, at.as_ref(), &step) * length);
+                self.radius = Some(least_along(normal, value.as_ref(), &step) * length);
             }
         }
     }
@@ -312,7 +312,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         let step = (slopes / steepest).zip_zip_map(&lower, &upper, f64::clamp);
         let trial = self.moved(&step);
         self.minimum.evaluations += 1;
-        let at = match evaluate(&trial) {
+        let value = match evaluate(&trial) {
             Ok(at) => at,
             Err(error) => {
                 self.minimum.failures += 1;
@@ -321,9 +321,9 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
             }
         };
         // False for NaN.
-        let is_lower = at.as_ref().cost < self.normal().cost;
+        let is_lower = value.as_ref().cost < self.normal().cost;
         if is_lower {
-            (self.minimum.x, self.minimum.at) = (trial, at);
+            (self.minimum.x, self.minimum.at) = (trial, value);
             self.minimum.iterations += 1;
             self.radius = None;
         }
@@ -439,8 +439,8 @@ fn is_stationary(
     let size = normal.squares().sqrt();
     (0..normal.gradient.len()).all(|i| {
         let g = normal.gradient[i];
-        let held = (lower[i] >= 0.0 && g >= 0.0) || (upper[i] <= 0.0 && g <= 0.0);
-        held || g.abs() <= tolerance * normal.information[(i, i)].sqrt() * size
+        let is_held = (lower[i] >= 0.0 && g >= 0.0) || (upper[i] <= 0.0 && g <= 0.0);
+        is_held || g.abs() <= tolerance * normal.information[(i, i)].sqrt() * size
     })
 }
 

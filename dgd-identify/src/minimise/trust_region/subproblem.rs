@@ -90,8 +90,8 @@ impl<'a> Quadratic<'a> {
     fn minimum_with(&self, damping: f64, lambda: f64) -> Option<DVector<f64>> {
         let mut a = self.h.clone();
         for (i, (influence, scale)) in self.influence.iter().zip(self.scale.iter()).enumerate() {
-            let own = if *influence > 0.0 { damping * influence } else { 1.0 };
-            a[(i, i)] += own + lambda * scale;
+            let added = if *influence > 0.0 { damping * influence } else { 1.0 };
+            a[(i, i)] += added + lambda * scale;
         }
         box_quadratic::minimise(&a, self.g, &self.lower, &self.upper)
     }

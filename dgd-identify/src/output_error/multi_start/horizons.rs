@@ -55,13 +55,13 @@ pub(super) fn fit_by_horizons(problem: &OutputErrorProblem<'_>) -> Result<Fit, E
         near.go_to(&found);
     }
     let whole = OutputErrorProblem { p: &near.p, recordings: &near.recordings, ..problem.clone() };
-    let found = fit_with_next_switch(&whole, &mut spent);
+    let by_horizons = fit_with_next_switch(&whole, &mut spent);
     let options = patient.options;
-    let mut found = found.or_else(|_| fit(&OutputErrorProblem { options, ..whole }))?;
-    found.iterations += spent.iterations;
-    found.evaluations += spent.evaluations;
-    found.failures += spent.failures;
-    Ok(found)
+    let mut best = by_horizons.or_else(|_| fit(&OutputErrorProblem { options, ..whole }))?;
+    best.iterations += spent.iterations;
+    best.evaluations += spent.evaluations;
+    best.failures += spent.failures;
+    Ok(best)
 }
 
 /// Limit on the steps of a simulation: endless switching, as by a thermostat whose thresholds have met, is a minimum of
@@ -86,25 +86,25 @@ fn fit_with_next_switch(
     problem: &OutputErrorProblem<'_>,
     spent: &mut Spent,
 ) -> Result<Fit, EstimateError> {
-    let mut found = fit(problem)?;
+    let mut best = fit(problem)?;
     loop {
-        let (switched, simulations) = next_switch(problem, &found, NEAR);
+        let (switched, simulations) = next_switch(problem, &best, NEAR);
         spent.evaluations += simulations;
-        let Some(p) = switched else { return Ok(found) };
-        let recordings: Vec<Recording> = (problem.recordings.iter().zip(&found.starts))
+        let Some(p) = switched else { return Ok(best) };
+        let recordings: Vec<Recording> = (problem.recordings.iter().zip(&best.starts))
             .map(|(recording, start)| Recording { start: start.clone(), ..recording.clone() })
             .collect();
         let again = OutputErrorProblem { p: &p, recordings: &recordings, ..problem.clone() };
         match fit(&again) {
-            Ok(other) if other.deviance < found.deviance => {
-                spent.add(&found);
-                found = other;
+            Ok(other) if other.deviance < best.deviance => {
+                spent.add(&best);
+                best = other;
             }
             Ok(other) => {
                 spent.add(&other);
-                return Ok(found);
+                return Ok(best);
             }
-            Err(_) => return Ok(found),
+            Err(_) => return Ok(best),
         }
     }
 }

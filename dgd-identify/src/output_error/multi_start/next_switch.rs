@@ -54,12 +54,12 @@ fn points(problem: &OutputErrorProblem<'_>, found: &Fit) -> Vec<Vec<f64>> {
     if !signature.delayed_inputs.is_empty() || !signature.delayed_unknowns.is_empty() {
         return Vec::new();
     }
-    let mut all = Vec::new();
+    let mut points = Vec::new();
     for (recording, start) in problem.recordings.iter().zip(&found.starts) {
         let run =
             Problem { system: &problem.system, p: &found.p, inputs: &recording.inputs, start };
         let Ok(solution) = simulate(&run, &recording.times, &problem.options) else { continue };
-        let at = Run { system: problem.system, recording, solution: &solution };
+        let run = Run { system: problem.system, recording, solution: &solution };
         let mut first = 0;
         for (a, automaton) in signature.discrete.automata.iter().enumerate() {
             let transitions = first..first + automaton.transitions.len();
@@ -67,19 +67,19 @@ fn points(problem: &OutputErrorProblem<'_>, found: &Fit) -> Vec<Vec<f64>> {
             if !is_declared(automaton) {
                 continue;
             }
-            let Some((mode, rows)) = at.last_stretch(a) else { continue };
+            let Some((mode, rows)) = run.last_stretch(a) else { continue };
             for (e, transition) in transitions.zip(automaton.transitions.iter()) {
                 if transition.from != mode {
                     continue;
                 }
                 let moved = rows.iter().filter_map(|&k| {
-                    at.reaching(e, transition.crossing, k, &found.p, &problem.free)
+                    run.reaching(e, transition.crossing, k, &found.p, &problem.free)
                 });
-                all.extend(moved);
+                points.extend(moved);
             }
         }
     }
-    all
+    points
 }
 
 /// Whether its thresholds were declared by the model's author.
@@ -157,15 +157,15 @@ impl Run<'_> {
         let (t, y, z) = (self.recording.times[k], self.solution.y(k), self.solution.z(k));
         let mut u = vec![0.0; signature.inputs.len()];
         self.recording.inputs.value(t, side(&self.recording.times, k), &mut u);
-        let at = Point { t, y, u: &u, p, z };
+        let point = Point { t, y, u: &u, p, z };
         let discrete = &signature.discrete;
         let n_e = discrete.automata.iter().map(|automaton| automaton.transitions.len()).sum();
         let udot = vec![0.0; u.len()];
         let mut by_theta = vec![0.0; discrete.event_directions.len()];
         let mut by_y = vec![0.0; discrete.event_jacobian.len()];
         let (mut values, mut by_t) = (vec![0.0; n_e], vec![0.0; n_e]);
-        self.system.event_functions(at, &mut values);
-        self.system.event_derivatives(at, &udot, &mut by_theta, &mut by_y, &mut by_t);
+        self.system.event_functions(point, &mut values);
+        self.system.event_derivatives(point, &udot, &mut by_theta, &mut by_y, &mut by_t);
         let mut slopes = vec![0.0; signature.directions.len()];
         for ((row, j), slope) in discrete.event_directions.positions().zip(&by_theta) {
             if row == e {

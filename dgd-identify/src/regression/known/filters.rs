@@ -121,8 +121,8 @@ impl LambdaFilter {
             let transition = self.transition(tau);
             self.cached.push((tau, transition));
         }
-        let found = self.cached.iter().find(|(cached, _)| *cached == tau);
-        let Some((_, Transition { state, value, slope })) = found else {
+        let transition = self.cached.iter().find(|(cached, _)| *cached == tau);
+        let Some((_, Transition { state, value, slope })) = transition else {
             unreachable!("it has just been put there")
         };
         state * &self.states + value * values.transpose() + slope * slopes.transpose()

@@ -32,22 +32,22 @@ impl<'a> Gains<'a> {
         p: &[f64],
         measured: &dyn Fn(usize) -> f64,
     ) -> Option<DMatrix<f64>> {
-        let at = known.point(k, p);
-        for (guess, y) in self.guess.iter_mut().zip(at.y) {
+        let point = known.point(k, p);
+        for (guess, y) in self.guess.iter_mut().zip(point.y) {
             if y.is_finite() {
                 *guess = *y;
             }
         }
         let y = self.guess.clone();
-        let (matrix, _) = self.solver.linearized(Point { y: &y, ..at }, measured)?;
+        let (matrix, _) = self.solver.linearized(Point { y: &y, ..point }, measured)?;
         if !self.solver.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
             let inverse = Inverse::of(&matrix)?;
             self.solver.last = Some((matrix, inverse));
         }
         let (_, inverse) = self.solver.last.as_ref()?;
         let sensors = self.solver.sensors.outputs.iter();
-        let seen = sensors.filter(|(output, _)| measured(*output).is_finite()).count();
-        let mut gains = inverse.pseudo.columns(0, seen.min(inverse.pseudo.ncols())).into_owned();
+        let n_seen = sensors.filter(|(output, _)| measured(*output).is_finite()).count();
+        let mut gains = inverse.pseudo.columns(0, n_seen.min(inverse.pseudo.ncols())).into_owned();
         for (mut row, size) in gains.row_iter_mut().zip(&self.sizes) {
             row *= *size;
         }

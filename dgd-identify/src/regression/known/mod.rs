@@ -134,28 +134,30 @@ impl Known {
 
     /// Number of samples whose modes, or preceding events, differ from another's.
     pub(crate) fn modes_differ(&self, other: &Self) -> usize {
-        let of = |known: &Self, k: usize| known.z[k * self.n_z..(k + 1) * self.n_z].to_vec();
-        let differs = |k: &usize| of(self, *k) != of(other, *k) || self.cuts[*k] != other.cuts[*k];
+        let modes_at = |known: &Self, k: usize| known.z[k * self.n_z..(k + 1) * self.n_z].to_vec();
+        let differs = |k: &usize| {
+            modes_at(self, *k) != modes_at(other, *k) || self.cuts[*k] != other.cuts[*k]
+        };
         (0..self.times.len()).filter(differs).count()
     }
 
     /// An unknown and its slope at any time; NaN if unknown.
     pub(crate) fn read_at(&self, unknown: usize, t: f64) -> [f64; 2] {
-        let of = |values: &[f64], k: usize| values[k * self.n + unknown];
+        let value_at = |values: &[f64], k: usize| values[k * self.n + unknown];
         let Some(k) = self.times.partition_point(|time| *time <= t).checked_sub(1) else {
             return [f64::NAN; 2];
         };
         if self.times[k] == t {
-            let slope = of(&self.ydot, k);
-            return [of(&self.y, k), if slope.is_finite() { slope } else { 0.0 }];
+            let slope = value_at(&self.ydot, k);
+            return [value_at(&self.y, k), if slope.is_finite() { slope } else { 0.0 }];
         }
         if k + 1 == self.times.len() {
             return [f64::NAN; 2];
         }
         let h = self.times[k + 1] - self.times[k];
-        let ends = [of(&self.y, k), of(&self.y, k + 1)];
+        let ends = [value_at(&self.y, k), value_at(&self.y, k + 1)];
         let straight = (ends[1] - ends[0]) / h;
-        let slopes = [k, k + 1].map(|k| of(&self.ydot, k));
+        let slopes = [k, k + 1].map(|k| value_at(&self.ydot, k));
         let slopes = slopes.map(|slope| if slope.is_finite() { slope } else { straight });
         cubic((t - self.times[k]) / h, h, ends, slopes)
     }
@@ -244,9 +246,9 @@ impl Known {
         let Some(mut late) = Late::new(system) else { return };
         let mut u = vec![0.0; self.n_u];
         for k in 0..self.times.len() {
-            let at = self.point(k, p);
-            u.copy_from_slice(at.u);
-            late.write(system, self, BeforeRecord::Unknown, at, &mut u);
+            let point = self.point(k, p);
+            u.copy_from_slice(point.u);
+            late.write(system, self, BeforeRecord::Unknown, point, &mut u);
             self.has_past[k] = late.earliest >= self.times[0];
         }
     }
@@ -317,24 +319,24 @@ impl Known {
             }
             self.z[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
             if let (Some(late), Some(before)) = (&mut late, &before) {
-                let at = before.point(k, p);
-                late.write(system, before, BeforeRecord::Unknown, at, &mut u);
+                let point = before.point(k, p);
+                late.write(system, before, BeforeRecord::Unknown, point, &mut u);
             }
-            let found = solver.solve(Point { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
-            let given = found.unwrap_or_else(|| vec![false; n]);
-            let mut is_known = given.clone();
+            let solved = solver.solve(Point { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
+            let is_given = solved.unwrap_or_else(|| vec![false; n]);
+            let mut is_known = is_given.clone();
             if let Some(carrier) = &mut carrier {
                 // Estimated parameters decide whether the run reached the threshold in time.
-                let at = Point { t, y: carrier.simulated(), u: &u, p, z: &z };
-                self.cuts[k] |= k > 0 && is_reset(system, at, &given, &guess);
-                carrier.keep(&sensors.free, &given, &guess, &mut is_known);
+                let point = Point { t, y: carrier.simulated(), u: &u, p, z: &z };
+                self.cuts[k] |= k > 0 && is_reset(system, point, &is_given, &guess);
+                carrier.keep(&sensors.free, &is_given, &guess, &mut is_known);
             }
             for (i, is_known) in is_known.iter().enumerate() {
                 if *is_known {
                     self.y[k * n + i] = guess[i];
                 }
             }
-            self.given[k * n..(k + 1) * n].copy_from_slice(&given);
+            self.given[k * n..(k + 1) * n].copy_from_slice(&is_given);
         }
         Ok(())
     }
@@ -346,8 +348,8 @@ impl Known {
                 if self.is_given(k, i) { self.y[k * self.n + i] } else { f64::NAN }
             };
             let y: Vec<f64> = (0..self.times.len()).map(of_readings).collect();
-            let found = slopes(&self.times, &self.cuts, &y, half_width);
-            for (k, slope) in found.into_iter().enumerate() {
+            let rates = slopes(&self.times, &self.cuts, &y, half_width);
+            for (k, slope) in rates.into_iter().enumerate() {
                 self.ydot[k * self.n + i] = slope;
             }
         }
@@ -461,34 +463,34 @@ impl<'a> Solver<'a> {
                 equations.retain(|i| !self.f[*i].is_nan());
             }
         }
-        let mut seen: Vec<(usize, f64)> =
+        let mut used: Vec<(usize, f64)> =
             outputs.iter().copied().filter(|(i, _)| measured(*i).is_finite()).collect();
         if reads_unknown {
             self.system.outputs(at, &mut self.w);
-            seen.retain(|(i, _)| !self.w[*i].is_nan());
+            used.retain(|(i, _)| !self.w[*i].is_nan());
         }
-        let mut matrix = DMatrix::zeros(seen.len() + equations.len(), n);
+        let mut matrix = DMatrix::zeros(used.len() + equations.len(), n);
         let mut rest = DVector::zeros(matrix.nrows());
-        if !seen.is_empty() {
+        if !used.is_empty() {
             let [by_y, by_u, by_p] = &mut self.jacobians;
             self.system.output_jacobians(at, by_y, by_u, by_p, &mut self.dwdt);
             self.system.outputs(at, &mut self.w);
-            for (row, (i, noise)) in seen.iter().enumerate() {
+            for (row, (i, noise)) in used.iter().enumerate() {
                 rest[row] = (measured(*i) - self.w[*i]) / noise;
             }
-            let row_of = |i| seen.iter().position(|(seen, _)| *seen == i);
+            let row_of = |i| used.iter().position(|(used, _)| *used == i);
             fill(&mut matrix, &signature.output_jacobians[0], by_y, &self.sizes, row_of);
-            for (row, (_, noise)) in seen.iter().enumerate() {
+            for (row, (_, noise)) in used.iter().enumerate() {
                 matrix.row_mut(row).unscale_mut(*noise);
             }
         }
         if !equations.is_empty() {
-            let row_of = |i| Some(seen.len() + equations.iter().position(|e| *e == i)?);
+            let row_of = |i| Some(used.len() + equations.iter().position(|e| *e == i)?);
             fill(&mut matrix, &signature.jacobian, &self.dfdy, &self.sizes, row_of);
-            let best = (0..seen.len()).map(|row| matrix.row(row).norm()).fold(1.0, f64::max);
+            let best = (0..used.len()).map(|row| matrix.row(row).norm()).fold(1.0, f64::max);
             let weight = EQUATION_WEIGHT * best;
             for (k, i) in equations.iter().enumerate() {
-                let row = seen.len() + k;
+                let row = used.len() + k;
                 let norm = matrix.row(row).norm();
                 if norm > 0.0 {
                     matrix.row_mut(row).scale_mut(weight / norm);
@@ -520,14 +522,14 @@ impl Inverse {
     fn of(matrix: &DMatrix<f64>) -> Option<Self> {
         let n = matrix.ncols();
         let size: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
-        let seen: Vec<usize> = (0..n).filter(|j| size[*j] > 0.0).collect();
+        let used: Vec<usize> = (0..n).filter(|j| size[*j] > 0.0).collect();
         let mut pseudo = DMatrix::zeros(n, matrix.nrows());
         let mut determined = vec![false; n];
-        if seen.is_empty() {
+        if used.is_empty() {
             return Some(Self { pseudo, determined });
         }
-        let mut scaled = matrix.select_columns(&seen);
-        for (column, j) in seen.iter().enumerate() {
+        let mut scaled = matrix.select_columns(&used);
+        for (column, j) in used.iter().enumerate() {
             scaled.column_mut(column).unscale_mut(size[*j]);
         }
         let svd = scaled.svd(true, true);
@@ -535,12 +537,12 @@ impl Inverse {
         let v_t = svd.v_t.as_ref()?;
         let kept: Vec<usize> =
             (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > cutoff).collect();
-        for (column, j) in seen.iter().enumerate() {
+        for (column, j) in used.iter().enumerate() {
             let share: f64 = kept.iter().map(|k| v_t[(*k, column)].powi(2)).sum();
             determined[*j] = 1.0 - share <= TAKES_PART;
         }
         let of_seen = svd.pseudo_inverse(cutoff).ok()?;
-        for (row, j) in seen.iter().enumerate() {
+        for (row, j) in used.iter().enumerate() {
             pseudo.row_mut(*j).copy_from(&(of_seen.row(row) / size[*j]));
         }
         Some(Self { pseudo, determined })

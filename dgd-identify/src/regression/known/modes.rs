@@ -23,8 +23,8 @@ pub(crate) fn remembered(system: &dyn Model) -> Option<String> {
         let kind = discrete.automata[*k].kind;
         kind.is_declared() || (kind.is_bound() && bounds_a_state(discrete, *k))
     };
-    let found = (0..discrete.automata.len()).find(decides);
-    found.map(|k| discrete.automata[k].name.to_string())
+    let automaton = (0..discrete.automata.len()).find(decides);
+    automaton.map(|k| discrete.automata[k].name.to_string())
 }
 
 /// A run that is corrected by readings at every sample.
@@ -88,10 +88,10 @@ impl<'a> Carrier<'a> {
         let t = times[k];
         let begins = k == 0 || times[k - 1] == t;
         // The left limit, then the right one.
-        let asked = if begins { vec![t] } else { vec![times[k - 1], t, t] };
+        let times_wanted = if begins { vec![t] } else { vec![times[k - 1], t, t] };
         let solution = [&self.y, &self.simulated].iter().find_map(|y| {
             let start: Vec<(usize, f64)> = y.iter().copied().enumerate().collect();
-            self.run(&start, &asked)
+            self.run(&start, &times_wanted)
         })?;
         let last = solution.len() - 1;
         let left = last.saturating_sub(1);

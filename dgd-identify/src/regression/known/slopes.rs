@@ -21,7 +21,7 @@ const LEAST_SAMPLES: usize = 4;
 
 /// Slopes at all times; NaN where `y` is, and where a window has too few samples.
 pub(crate) fn slopes(times: &[f64], cuts: &[bool], y: &[f64], half_width: f64) -> Vec<f64> {
-    let mut all = vec![f64::NAN; times.len()];
+    let mut rates = vec![f64::NAN; times.len()];
     for stretch in stretches(times, cuts) {
         let mut window = stretch.start..stretch.start;
         for k in stretch.clone() {
@@ -33,24 +33,24 @@ pub(crate) fn slopes(times: &[f64], cuts: &[bool], y: &[f64], half_width: f64) -
                 window.start += 1;
             }
             if y[k].is_finite() {
-                all[k] = slope(&times[window.clone()], &y[window.clone()], t, half_width);
+                rates[k] = slope(&times[window.clone()], &y[window.clone()], t, half_width);
             }
         }
     }
-    all
+    rates
 }
 
 /// Stretches with distinct times and without events.
 fn stretches(times: &[f64], cuts: &[bool]) -> Vec<Range<usize>> {
-    let mut all = Vec::new();
+    let mut stretches = Vec::new();
     let mut first = 0;
     for k in 1..=times.len() {
         if k == times.len() || times[k] == times[k - 1] || cuts[k] {
-            all.push(first..k);
+            stretches.push(first..k);
             first = k;
         }
     }
-    all
+    stretches
 }
 
 /// b of one window.

@@ -237,7 +237,7 @@ impl ContinuousLeastSquares {
     /// Advances by h seconds; `rows` returns the rows after a part of these.
     pub fn advance(&mut self, h: f64, rows: &mut dyn FnMut(f64) -> Vec<RegressorSample>) {
         let Forgetting { rate, limit, normalisation } = self.forgetting;
-        let mut all = Vec::new();
+        let mut weighted = Vec::new();
         let n = self.root.theta.len();
         let (mut a, mut b) = (DMatrix::zeros(n, n), DVector::zeros(n));
         for (node, weight) in NODES {
@@ -248,10 +248,10 @@ impl ContinuousLeastSquares {
                 a.ger(weight * h / m2, &phi, &phi, 1.0);
                 b.axpy(weight * h / m2 * (sample.z - phi.dot(&self.root.theta)), &phi, 1.0);
                 let aged = weight * h * (-rate * (1.0 - node) * h).exp();
-                all.push(Weighted { weight: (aged / m2).sqrt(), sample });
+                weighted.push(Weighted { weight: (aged / m2).sqrt(), sample });
             }
         }
-        if !self.root.take(&all, (-0.5 * rate * h).exp(), limit) {
+        if !self.root.take(&weighted, (-0.5 * rate * h).exp(), limit) {
             self.frozen += h;
             self.follow_frozen(&a, &b);
         }

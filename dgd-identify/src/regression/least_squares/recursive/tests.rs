@@ -71,10 +71,10 @@ fn a_scalar_with_a_constant_regressor_is_the_closed_form() {
         let settled = phi * phi / beta;
         let p = (settled + (p0.recip() - settled) * (-beta * t).exp()).recip();
         let theta = truth + (1.0 - truth) * p * (-beta * t).exp() / p0;
-        let found = (recursive.covariance()[(0, 0)], recursive.theta()[0]);
+        let result = (recursive.covariance()[(0, 0)], recursive.theta()[0]);
         // Gauss's rule with four nodes on e^(βt) over steps of βh ≤ 1: an error of (βh)⁸/2e9.
-        assert!((found.0 / p - 1.0).abs() < 1e-9, "{found:?} {p}");
-        assert!((found.1 - theta).abs() < 1e-10, "{found:?} {theta}");
+        assert!((result.0 / p - 1.0).abs() < 1e-9, "{result:?} {p}");
+        assert!((result.1 - theta).abs() < 1e-10, "{result:?} {theta}");
     }
 }
 
@@ -123,8 +123,8 @@ fn steps_of_a_sample_integrate_the_table_as_it_is_written() {
         }
         let (theta, p) = integrated(20.0, 0.1, normalisation);
         // The Runge–Kutta steps err by 1e-3⁴ times derivatives of the order of P² φ⁴ = 100.
-        let found = DVector::from_column_slice(recursive.theta());
-        assert!((&found - &theta).amax() < 1e-7, "{normalisation:?} {found} {theta}");
+        let estimate = DVector::from_column_slice(recursive.theta());
+        assert!((&estimate - &theta).amax() < 1e-7, "{normalisation:?} {estimate} {theta}");
         assert!((recursive.covariance() - p).amax() < 1e-7);
     }
     // m² with P itself is evaluated at the start of a step: short steps approximate it.
@@ -136,8 +136,8 @@ fn steps_of_a_sample_integrate_the_table_as_it_is_written() {
         recursive.advance(0.005, &mut |after| vec![smooth(0.005 * f64::from(k) + after)]);
     }
     let (theta, _) = integrated(20.0, 0.1, Normalisation::Covariance);
-    let found = DVector::from_column_slice(recursive.theta());
-    assert!((&found - &theta).amax() < 0.01, "{found} {theta}");
+    let estimate = DVector::from_column_slice(recursive.theta());
+    assert!((&estimate - &theta).amax() < 0.01, "{estimate} {theta}");
 }
 
 #[test]
