@@ -113,18 +113,18 @@ impl<R: BufRead> Frames<R> {
 
     /// The length in the next headers. Data before them is skipped.
     fn length(&mut self) -> io::Result<Option<Result<usize, Mistake>>> {
-        let mut found: Option<Result<usize, Mistake>> = None;
+        let mut length: Option<Result<usize, Mistake>> = None;
         let mut line = Vec::new();
         while self.line(&mut line)? {
             let text = line.trim_ascii();
             if let Some(at) = header(text) {
                 let value = String::from_utf8_lossy(&text[at + LENGTH.len()..]).trim().to_owned();
-                found = Some(length_of(&value));
+                length = Some(length_of(&value));
             } else if !text.is_empty() && !text.contains(&b':') && !self.is_lost {
                 let reason = "this is not a header: a message begins with `Content-Length: N`";
                 return Ok(Some(Err(Mistake::new(ErrorCode::ParseError, reason))));
-            } else if text.is_empty() && found.is_some() {
-                return Ok(found);
+            } else if text.is_empty() && length.is_some() {
+                return Ok(length);
             }
         }
         Ok(None)

@@ -18,8 +18,8 @@ pub(crate) struct Table {
 impl Table {
     #[new]
     fn new(columns: Vec<(String, Numbers)>) -> Self {
-        let own = |(header, values): (String, Numbers)| (header, values.0);
-        Table { columns: Columns { all: columns.into_iter().map(own).collect() } }
+        let column = |(header, values): (String, Numbers)| (header, values.0);
+        Table { columns: Columns { all: columns.into_iter().map(column).collect() } }
     }
 
     /// The headers.
@@ -47,8 +47,8 @@ impl Recording {
             Recording::File(path) => path,
             Recording::Table((name, table)) => {
                 let path = PathBuf::from(name);
-                let all = std::mem::take(files);
-                *files = all.with_columns(&path, table.get().columns.clone());
+                let in_memory = std::mem::take(files);
+                *files = in_memory.with_columns(&path, table.get().columns.clone());
                 path
             }
         }

@@ -86,10 +86,10 @@ pub(crate) fn supervised<T: Send + 'static>(
     work: impl FnOnce(&Observer) -> Result<T, WorkError> + Send + 'static,
 ) -> PyResult<T> {
     let (send, mut receive) = mpsc::sync_channel(1);
-    let own = Arc::clone(observer);
+    let for_worker = Arc::clone(observer);
     let spawned = workers::spawn(move || {
         // The receiver may be gone.
-        let _ = send.send(caught(|| work(&own)));
+        let _ = send.send(caught(|| work(&for_worker)));
     });
     let worker = match spawned {
         Ok(worker) => worker,

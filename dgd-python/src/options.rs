@@ -197,9 +197,9 @@ impl SolveOptions {
 impl SetOptions {
     /// The choices of a model, extended by these settings.
     pub(crate) fn beside(self, choices: &Choices) -> Choices {
-        let mut all = choices.clone();
-        all.set.extend(self.set);
-        all
+        let mut extended = choices.clone();
+        extended.set.extend(self.set);
+        extended
     }
 }
 
@@ -210,8 +210,8 @@ impl SoughtOptions {
 }
 
 pub(crate) fn noise_from(py: Python<'_>, word: &str) -> PyResult<NoiseFrom> {
-    let all = [("estimated", NoiseFrom::Estimated), ("declared", NoiseFrom::Declared)];
-    one_of(py, "noise", word, &all)
+    let words = [("estimated", NoiseFrom::Estimated), ("declared", NoiseFrom::Declared)];
+    one_of(py, "noise", word, &words)
 }
 
 pub(crate) fn spread(py: Python<'_>, word: &str) -> PyResult<DrawnFrom> {
@@ -219,12 +219,12 @@ pub(crate) fn spread(py: Python<'_>, word: &str) -> PyResult<DrawnFrom> {
 }
 
 pub(crate) fn loss(py: Python<'_>, word: &str) -> PyResult<Loss> {
-    let all = [Loss::Squares, Loss::Huber, Loss::Cauchy, Loss::Tukey];
-    one_of(py, "loss", word, &all.map(|loss| (loss.name(), loss)))
+    let losses = [Loss::Squares, Loss::Huber, Loss::Cauchy, Loss::Tukey];
+    one_of(py, "loss", word, &losses.map(|loss| (loss.name(), loss)))
 }
 
 pub(crate) fn estimator(py: Python<'_>, word: &str) -> PyResult<Estimator> {
-    let all = [
+    let words = [
         Estimator::OutputError,
         Estimator::Linearised,
         Estimator::PredictionError,
@@ -234,10 +234,10 @@ pub(crate) fn estimator(py: Python<'_>, word: &str) -> PyResult<Estimator> {
         Estimator::NelderMead,
         Estimator::Recursive,
     ];
-    one_of(py, "estimator", word, &all.map(|estimator| (estimator.name(), estimator)))
+    one_of(py, "estimator", word, &words.map(|estimator| (estimator.name(), estimator)))
 }
 
 pub(crate) fn tracker(py: Python<'_>, word: &str) -> PyResult<Tracker> {
-    let all = [("ekf", Tracker::Ekf), ("ukf", Tracker::Ukf), ("recursive", Tracker::Recursive)];
-    one_of(py, "estimator", word, &all)
+    let words = [("ekf", Tracker::Ekf), ("ukf", Tracker::Ukf), ("recursive", Tracker::Recursive)];
+    one_of(py, "estimator", word, &words)
 }

@@ -41,8 +41,8 @@ impl Equations {
         evaluate: fn(&dgd_work::Equations, At<'_>) -> Result<Vec<f64>, WorkError>,
     ) -> PyResult<Numbers> {
         let [u, p] = [&u, &p].map(|numbers| numbers.as_ref().map(|one| one.0.as_slice()));
-        let at = At { t, y: &y.0, u, p };
-        guarded(py, Task::Simulate, || evaluate(&self.inner(), at)).map(Numbers)
+        let point = At { t, y: &y.0, u, p };
+        guarded(py, Task::Simulate, || evaluate(&self.inner(), point)).map(Numbers)
     }
 }
 

@@ -85,12 +85,12 @@ impl Tracker {
         let (to, lines) = mpsc::channel();
         let (answers, from) = mpsc::channel();
         let observer = Arc::new(Observer::new(None));
-        let own = Arc::clone(&observer);
+        let for_thread = Arc::clone(&observer);
         thread::spawn(move || {
             let mut out = Answers { to: answers.clone(), line: Vec::new() };
             let ended = guard::caught(|| {
                 let files = Layers { above: &texts, below: &Disk };
-                let session = Session::new(&*own).with_files(&files);
+                let session = Session::new(&*for_thread).with_files(&files);
                 let lines = Box::new(Lines { lines, current: io::Cursor::default() });
                 let tracked = track(&request, Some(lines), session, &mut out, LineFormat::Lines)?;
                 tracked.stopped.map_or(Ok(tracked.remarks), Err)

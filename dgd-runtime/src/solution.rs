@@ -189,7 +189,7 @@ pub struct Jump {
     pub from: f64,
     /// Its value just after.
     pub to: f64,
-    /// What it follows from.
+    /// Its cause.
     pub cause: JumpCause,
     /// How often it has jumped for that cause.
     pub times: usize,

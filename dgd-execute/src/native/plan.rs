@@ -265,8 +265,8 @@ fn pieces(function: &Function) -> Vec<Piece> {
     // Loops are added to the last piece while there is room.
     let mut size = pieces.last().map_or(0, |piece| piece.body.len());
     for (k, part) in function.loops.iter().enumerate() {
-        let own = part.operations().count();
-        size += own;
+        let size_of_part = part.operations().count();
+        size += size_of_part;
         match pieces.last_mut() {
             Some(piece) if size <= MOST_OPERATIONS => {
                 piece.loops =
@@ -274,7 +274,7 @@ fn pieces(function: &Function) -> Vec<Piece> {
             }
             _ => {
                 pieces.push(Piece { body: n..n, loops: k..k + 1 });
-                size = own;
+                size = size_of_part;
             }
         }
     }

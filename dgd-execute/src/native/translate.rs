@@ -222,8 +222,8 @@ impl Translation<'_, '_> {
         }
         for store in &part.stores {
             let value = self.operand(store.value);
-            let at = At { by_round: store.by_round as i64, passage: now };
-            self.store(value, Array::Result(store.result), store.first, at);
+            let movement = At { by_round: store.by_round as i64, passage: now };
+            self.store(value, Array::Result(store.result), store.first, movement);
         }
     }
 
@@ -253,12 +253,12 @@ impl Translation<'_, '_> {
                 self.load(types::F64, Array::Argument(argument), index as usize, At::default())
             }
             Operation::LoadSwept(argument, Place { first, by_round }) => {
-                let at = At { by_round: by_round.into(), passage };
-                self.load(types::F64, Array::Argument(argument), first as usize, at)
+                let movement = At { by_round: by_round.into(), passage };
+                self.load(types::F64, Array::Argument(argument), first as usize, movement)
             }
             Operation::LoadRound(argument, Place { first, by_round }) => {
-                let at = At { by_round: by_round.into(), passage: None };
-                self.load(types::F64, Array::Argument(argument), first as usize, at)
+                let movement = At { by_round: by_round.into(), passage: None };
+                self.load(types::F64, Array::Argument(argument), first as usize, movement)
             }
             Operation::Counter => match passage {
                 None => self.builder.ins().f64const(0.0),
@@ -435,13 +435,13 @@ impl Translation<'_, '_> {
         if let Some(address) = self.addresses.get(&array) {
             return *address;
         }
-        let at = match array {
+        let base = match array {
             Array::Argument(argument) => Frame::argument(position(argument)),
             Array::Result(result) => Frame::result(result),
             Array::Scratch => Frame::scratch(),
         };
         let flags = MemFlagsData::trusted().with_readonly().with_can_move();
-        let address = self.builder.ins().load(ADDRESS, flags, self.frame, at);
+        let address = self.builder.ins().load(ADDRESS, flags, self.frame, base);
         self.addresses.insert(array, address);
         address
     }

@@ -40,7 +40,8 @@ const MOST_CHANGES: usize = 20;
 /// one by one.
 const MOST_STARTS: u32 = 4;
 const BESIDE: f64 = 1e-3;
-/// What is added of each unknown to equations of a piece that leave it undetermined, in their largest coefficients.
+/// Share of each unknown added to equations of a piece that leave it undetermined, relative to their largest
+/// coefficients.
 const A_LITTLE: f64 = 1e-9;
 /// Tolerances need not be smaller for the choice of pieces, which is disturbed by rounding.
 const LEAST: f64 = 1e-9;

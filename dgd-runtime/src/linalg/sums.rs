@@ -48,7 +48,7 @@ impl KeptSum {
         self.shares.iter().zip(values).map(|(share, value)| share * value).sum()
     }
 
-    /// Overwrites the unknown of the row with what follows from the others.
+    /// Overwrites the unknown of the row by the value that follows from the others.
     fn close(&self, values: &mut [f64], sum: f64) {
         values[self.row] = 0.0;
         values[self.row] = sum - self.of(values);
@@ -159,7 +159,7 @@ mod tests {
         begin(&mut sums, &[0.0; 3], None);
         let mut y = [3.1e-20, 1e-20, 2e-20];
         begin(&mut sums, &y, None);
-        // What was not conserved is a sum of its own.
+        // Quantities that are not conserved are sums of their own.
         close(&sums, &mut y, None);
         assert!((y[0] - 3.1e-20).abs() < 1e-34 && y[1..] == [1e-20, 2e-20]);
         y[0] += 1e-36;

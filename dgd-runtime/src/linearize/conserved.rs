@@ -7,8 +7,8 @@
 //! ```
 //!
 //! So c is a left null vector of the Jacobians A = ∂g/∂x at several points side by side, [A(x₀) A(x₁) …]: the start and
-//! points around it that avoid symmetries. What is conserved in one mode, or on one side of a switch, need not be in
-//! another: A is that of the given modes.
+//! points around it that avoid symmetries. Sums conserved in one mode, or on one side of a switch, need not be
+//! conserved in another: A is that of the given modes.
 //!
 //! If c changes with x, the conserved quantity is not linear in the states, and the left null vectors at one point are
 //! its linearisation there.

@@ -1,4 +1,4 @@
-//! Steady states in families: conserved combinations keep their values, and all else is at rest.
+//! Steady states in families: conserved combinations keep their values, and everything else is at rest.
 //!
 //! Where c₁ᵀẋ = 0, …, some equations of 0 = f follow from the others, and 0 = f has a family of solutions. Each
 //! conserved combination is held, in place of the equation of its naming state:
@@ -80,7 +80,7 @@ impl<S: Solved> Held<'_, S> {
         found
     }
 
-    /// What is conserved close to `y`, if `y` and neighbouring points are at rest.
+    /// The conserved sums near `y`, if `y` and neighbouring points are at rest.
     pub(super) fn conserved_close(&self, y: &[f64], z: &[f64], start: &[f64]) -> Vec<Conserved> {
         let slopes = self.consistent(y, z).and_then(|y| self.slopes(&y, self.u, z));
         slopes.map_or_else(Vec::new, |here| {

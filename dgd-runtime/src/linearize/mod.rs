@@ -3,7 +3,7 @@
 //! ```text
 //!   OperatingPoint::reached(problem, from, t, options)  where a run is at a time
 //!   steady_state(problem, t, options)                   where it is at rest, 0 = f(t, y, u, p)
-//!   rest(problem, t, options)                           the same, with what is conserved held
+//!   rest(problem, t, options)                           likewise, with conserved sums fixed
 //!   linearize(problem, point)                           → StateSpace: A, B, C, D
 //!   StateSpace::poles()                                 → Poles
 //!   LinearAt                                            where the linear model of a recording is
@@ -249,11 +249,11 @@ impl StateSpace {
         poles::poles(self, &[])
     }
 
-    /// The same with conserved combinations, each of which gives a pole at exactly zero.
+    /// The poles with conserved combinations, each of which gives a pole at exactly zero.
     ///
     /// # Errors
     ///
-    /// [`LinearizeError::NoEigenvalues`] where the iteration does not converge.
+    /// [`LinearizeError::NoEigenvalues`] if the iteration does not converge.
     pub fn poles_beside(&self, conserved: &[Conserved]) -> Result<Poles, LinearizeError> {
         poles::poles(self, conserved)
     }

@@ -38,7 +38,7 @@ impl OperatingPoint {
         Ok(at)
     }
 
-    /// The same with the sensitivities of the unknowns there, in the order of [`System`].
+    /// The point with the sensitivities of its unknowns, in the order of [`System`].
     pub(crate) fn reached_with_sensitivities<S: Solved>(
         problem: &Problem<'_, S>,
         from: f64,

@@ -25,10 +25,10 @@ use crate::system::{Direction, Point, Storage};
 /// Steps of differences of coefficients, in sizes of parameters.
 const STEP: f64 = 1e-4;
 
-/// Writes the unknowns at rest with the inputs as they are at `t` into `y`, found from the declared start values, and
-/// what they change by with θ into `s`; or, where the model has start equations, those that satisfy them.
+/// Writes the unknowns at rest with the inputs at `t` into `y`, starting from the declared start values, and their
+/// derivatives with respect to θ into `s`; or, if the model has start equations, unknowns that satisfy these.
 ///
-/// Where start values of all unknowns are given, nothing is written: these are where a run begins.
+/// If start values of all unknowns are given, nothing is written: a run starts there.
 ///
 /// # Errors
 ///
@@ -84,7 +84,7 @@ impl<S: Solved> Slopes<'_, S> {
         let (n, n_s) = (self.declared.len(), signature.directions.len());
         let mut of_declared = vec![0.0; n * n_s];
         self.problem.start_sensitivities(at, &mut of_declared);
-        // At rest a delayed unknown is what it is now, and moves with that.
+        // At rest a delayed unknown equals its current value, and moves with it.
         let mut at_rest = self.rest.at.clone();
         at_rest.u[signature.past().held()].fill(0.0);
         let place = at_rest.point(self.problem.p);
@@ -169,7 +169,7 @@ impl<S: Solved> Slopes<'_, S> {
         moved.collect()
     }
 
-    /// What is conserved at the point with another value of a parameter.
+    /// The conserved sums at the point with another value of a parameter.
     fn conserved_at(&self, parameter: usize, step: f64) -> Option<Vec<Conserved>> {
         let mut p = self.problem.p.to_vec();
         p[parameter] += step;

@@ -7,7 +7,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The numbers from `lo` to `hi`; none where these are NaN, as for the logarithm of what is below zero.
+/// The numbers from `lo` to `hi`; none if these are NaN, as for the logarithm of a negative number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Interval {
     pub(crate) lo: f64,
@@ -131,7 +131,7 @@ impl Interval {
         }
     }
 
-    /// What a function that rises makes of it.
+    /// The image under an increasing function.
     #[inline]
     pub(super) fn rising(self, f: fn(f64) -> f64) -> Self {
         if self.is_empty() { self } else { Self::of_function(f(self.lo), f(self.hi)) }

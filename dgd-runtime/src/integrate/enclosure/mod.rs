@@ -60,7 +60,7 @@ enum Step {
     Anything,
 }
 
-/// What an operation depends on.
+/// The inputs of an operation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Reads {
     pub(crate) time: bool,
@@ -222,7 +222,7 @@ impl Enclosures {
         self.kept[slot] = sum;
     }
 
-    /// A choice; where the operands of the comparison are what is chosen, the larger or the smaller, which does not
+    /// A choice; if the operands of the comparison are chosen themselves, the larger or the smaller one, which does not
     /// jump.
     fn selected(&self, c: usize, a: usize, b: usize) -> Step {
         match self.steps[c] {
@@ -232,7 +232,7 @@ impl Enclosures {
         }
     }
 
-    /// What the k-th formula depends on.
+    /// The inputs of the k-th formula.
     pub(crate) fn reads(&self, k: usize) -> Reads {
         self.results.get(k).map_or_else(Reads::default, |at| self.reads[*at])
     }

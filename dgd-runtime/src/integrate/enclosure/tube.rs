@@ -1,4 +1,4 @@
-//! Tubes: what a quantity is along an interval of time, with its slope.
+//! Tubes: enclosures of a quantity and its slope along an interval of time.
 //!
 //! A natural extension of an expression to intervals forgets that its operands move together. With values at the ends
 //! and an enclosure of the change d = x'(t) (b − a) the mean value theorem gives

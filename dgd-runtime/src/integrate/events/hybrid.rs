@@ -25,7 +25,7 @@ pub(in crate::integrate) struct Hybrid {
     selecting: Vec<bool>,
     /// For each automaton, whether its discrete number is a count.
     counting: Vec<bool>,
-    /// For each transition, the one that tells of a flutter: for a knot the one that passes it the other way, for others
+    /// For each transition, the one that indicates a flutter: for a knot the one in the opposite direction, for others
     /// the transition itself.
     back: Vec<usize>,
     /// For each transition, whether its condition has been false since its mode was entered.
@@ -47,7 +47,8 @@ pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) e: Vec<f64>,
     pub(in crate::integrate) low: Vec<f64>,
     pub(in crate::integrate) high: Vec<f64>,
-    /// The same along parts of a step, with what they read of the past, and how each transition is watched in it.
+    /// Enclosures along parts of a step, including the past values that they read, with the watch state of each
+    /// transition.
     pub(in crate::integrate) enclosures: Enclosures,
     pub(in crate::integrate) past: PastValues,
     pub(in crate::integrate) watching: Vec<Watching>,
@@ -207,7 +208,7 @@ impl Hybrid {
     }
 }
 
-/// For each transition, the one by which a flutter is told.
+/// For each transition, the one that indicates a flutter.
 fn ways_back(discrete: &Discrete) -> Vec<usize> {
     let all: Vec<(usize, &Transition)> = discrete.transitions().collect();
     let back = |(k, (of, transition)): (usize, &(usize, &Transition))| {

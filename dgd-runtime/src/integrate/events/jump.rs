@@ -7,9 +7,9 @@
 //!   H dD = −(dc/dθ + Σ dH/dθ d),         along D, the total derivatives at the time of the instant
 //! ```
 //!
-//! c are the constraints of the new modes, so that the other rows of H are linear: charge and momentum are kept where
-//! the equations say so. A reset acts first, and what it resets does not jump. If H is singular, or c cannot be
-//! fulfilled, states keep their values, and what constraints determine jumps onto them.
+//! c are the constraints of the new modes, so that the other rows of H are linear: charge and momentum are conserved if
+//! the equations imply it. A reset acts first, and the unknowns that it resets do not jump. If H is singular, or c
+//! cannot be satisfied, states keep their values, and the unknowns that constraints determine jump onto them.
 
 use crate::integrate::events::saltation::Saltation;
 use crate::integrate::simulation::Simulation;

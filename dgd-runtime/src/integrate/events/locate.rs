@@ -28,7 +28,7 @@ const NO_NEARER: f64 = 1e-9;
 const NEARLY: f64 = 0.99;
 /// The size of a step that just passes a knot, in sizes of the step up to there.
 const BEYOND_KNOT: f64 = 1.0 + 1e-6;
-/// Every so many trials the interval is halved, however slow regula falsi is.
+/// Number of trials after which the interval is halved, however slow regula falsi is.
 const HALVED: usize = 8;
 /// Halving alone narrows any interval to rounding within this many trials.
 const MOST_TRIALS: usize = 48 * HALVED;
@@ -196,9 +196,9 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Solves for the algebraic unknowns after h, if watched event functions read some. A step satisfies their equations
-    /// to tolerance only, and what it takes just past a threshold would come back with the event, or pass it far too
-    /// early where a piece beyond is steep.
+    /// Solves for the algebraic unknowns after h, if watched event functions read some. A step satisfies their
+    /// equations only to tolerance, and an event function just past a threshold would come back with the event, or pass
+    /// it far too early if a piece beyond is steep.
     fn satisfy_equations(&mut self, h: f64) {
         if !self.discrete.watches_algebraic {
             return;

@@ -61,7 +61,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.find_pieces_ahead(1.0, because)?;
         let may_be_fold = is_reached && self.discrete.pieces.has_turned();
         let far = self.distance_from_row().filter(|(_, far)| may_be_fold && *far > FAR);
-        // What is continuous changes the less the nearer the pieces are found.
+        // Continuous unknowns change the less the nearer the pieces are found.
         if let Some((_, far)) = far {
             self.y.as_mut().copy_from_slice(self.row.as_ref());
             self.find_pieces_ahead(NEARER, because)?;

@@ -4,9 +4,8 @@
 //! all event functions that may pass their thresholds in it are monotone. Parts are taken in their order, so that no
 //! crossing comes before the one that is found.
 //!
-//! An excess over a threshold that is below the rounding of the event function is no crossing, but a touch, from which on
-//! derivatives are undefined. Where a part is as short as the rounding of time,
-//! its ends decide.
+//! An excess over a threshold that is below the rounding error of the event function is not a crossing, but a touch,
+//! from which on derivatives are undefined. If a part is as short as the rounding error of time, its ends decide.
 
 use crate::integrate::enclosure::{Along, Interval, Tube};
 use crate::integrate::events::watch::CALM;
@@ -24,13 +23,13 @@ const NO_TOUCH: f64 = 4.0;
 /// Parts of a step longer than this are halved where event functions read the past, which is sampled.
 const SAMPLED: f64 = 0.25;
 
-/// What a scan found.
+/// The result of a scan.
 pub(super) enum Scanned {
     /// No transition is due in the step.
     Nothing,
     /// At this fraction of the step a transition is due or can be armed.
     Until(f64),
-    /// Up to this fraction no transition is due. From there to the other the k-th cannot be told apart from its
+    /// Up to this fraction no transition is due. From there to the other the k-th is indistinguishable from its
     /// threshold.
     Stuck { part: f64, to: f64, k: usize },
 }
@@ -444,19 +443,19 @@ fn beyond(e: Tube, crossing: Crossing) -> Tube {
     }
 }
 
-/// What a tolerance of rounding adds to a threshold: the uncertainty of the event function at a point.
+/// Tolerance of a threshold due to rounding errors: the uncertainty of the event function at a point.
 fn rounding(e: Tube) -> f64 {
     let width = e.left.width().min(e.right.width());
     if width.is_finite() { width } else { 0.0 }
 }
 
-/// Whether an event function may exceed a threshold by more than rounding. What is undefined does not: NaN compares
-/// false.
+/// Whether an event function may exceed a threshold by more than rounding errors. False if it is undefined: NaN
+/// compares false.
 fn may_be_beyond(e: Tube, slack: f64) -> bool {
     e.range.hi > slack + rounding(e)
 }
 
-/// What an armed transition does that is due above `slack`.
+/// The result for an armed transition that is due above `slack`.
 fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
     let due = |is: bool| if is { Found::Due } else { Found::Clear };
     if !may_be_beyond(e, slack) {
@@ -474,8 +473,8 @@ fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
     }
 }
 
-/// What a transition does that is armed where its event function is certainly not above `slack`: one that has just been
-/// made is above it by less than rounding.
+/// The result for a transition that is armed when its event function is certainly not above `slack`: one that has just
+/// occurred is above it by less than rounding errors.
 fn found_to_arm(e: Tube, slack: f64, is_last: bool) -> Found {
     if e.range.lo > slack {
         Found::Clear

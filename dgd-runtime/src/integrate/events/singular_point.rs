@@ -1,7 +1,7 @@
 //! Points where ∂f_a/∂y_a is singular: how states pass through, and where sensitivities end.
 //!
 //! A tank that fills through a throttle, 0 = a (5 − h) − b q|q|, is full after a finite time, and then ∂f/∂q = 0. The
-//! matrix of the stages is still regular. What is unusual:
+//! matrix of the stages is still regular. The peculiarities:
 //!
 //! - f_a = 0 to tolerance leaves q undetermined to its square root ([`Simulation::after_rejection`]),
 //! - so does f_a = 0 to rounding ([`Simulation::error_beyond_rounding`]),

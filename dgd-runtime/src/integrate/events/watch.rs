@@ -1,8 +1,8 @@
 //! Detects crossings of thresholds within a step, not only at its end.
 //!
-//! Event functions are enclosed along the step, with the dense output in the place of the unknowns
-//! ([`super::scan`]): no crossing is missed, however long the step is. The step is then repeated, shorter, to a point
-//! just behind the first crossing, or to one at which a transition can be armed that is due later in the step.
+//! Event functions are enclosed along the step, with the dense output instead of the unknowns ([`super::scan`]): no
+//! crossing is missed, however long the step is. The step is then repeated, shorter, to a point just behind the first
+//! crossing, or to one at which a transition can be armed that is due later in the step.
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;

@@ -35,7 +35,7 @@ const SINGULAR: f64 = 1e-12;
 /// Maximum number of times that the modes at the start are chosen.
 const MOST_CHOICES: usize = 8;
 
-/// Writes start values that satisfy the start equations into `y`, and what they change by with θ into `s`.
+/// Writes start values that satisfy the start equations into `y`, and their derivatives with respect to θ into `s`.
 ///
 /// # Errors
 ///
@@ -57,7 +57,7 @@ pub(crate) fn start_by_equations<S: Solved>(
     let mut found = vec![0.0; y.len()];
     let at = Point { t, y: &[], u: drive.at(t, &found), p, z: &[] };
     start_values(problem, at, &mut found)?;
-    // What holds may depend on modes, and these on what is found.
+    // Active equations may depend on modes, and these on the start values found.
     let mut before: Option<Vec<f64>> = None;
     for _ in 0..MOST_CHOICES {
         let mut z = discrete_numbers(system, p, t);
@@ -91,7 +91,7 @@ struct Search<'a, 'b, S: Solved> {
     count: usize,
 }
 
-/// Residuals and their derivatives to what is found, and to θ.
+/// Residuals and their derivatives with respect to the sought start values, and to θ.
 struct Linear {
     left: DVector<f64>,
     matrix: DMatrix<f64>,
@@ -111,7 +111,7 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         Search { problem, drive, t, z, wanted, count: signature.start_equations.len() }
     }
 
-    /// Solves for what is found, from what `y` holds.
+    /// Solves for the sought start values, starting from those in `y`.
     fn solve(&mut self, y: &mut [f64]) -> Result<(), String> {
         let mut sizes = vec![0.0; y.len()];
         unknown_sizes(self.problem.system, y, &mut sizes);
@@ -151,7 +151,7 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         Err(self.not_met(&left, &vec![1.0; left.len()], &from))
     }
 
-    /// The sensitivities of what is found, in the place of those that `s` holds.
+    /// Replaces the sensitivities of the sought start values in `s`.
     fn sensitivities(&mut self, y: &[f64], s: &mut [f64]) -> Result<(), String> {
         let system = self.problem.system;
         let signature = system.signature();
@@ -206,7 +206,7 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         left.iter().all(|value| value.is_finite()).then_some(left)
     }
 
-    /// Residuals, and their derivatives to what is found.
+    /// Residuals, and their derivatives with respect to the sought start values.
     fn linear(&mut self, y: &[f64]) -> Result<Linear, String> {
         let signature = self.problem.system.signature();
         let (n, n_s) = (y.len(), signature.directions.len());

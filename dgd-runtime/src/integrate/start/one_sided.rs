@@ -12,7 +12,7 @@ use crate::system::{Direction, Point, Signature, Trigger};
 
 /// Event functions below this fraction of their terms are zero to rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// The name of what has none.
+/// The name for conditions without one.
 const ON_TIME: &str = "a condition on time";
 
 impl<S: Solved> Simulation<'_, S> {

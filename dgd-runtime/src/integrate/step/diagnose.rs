@@ -130,7 +130,7 @@ impl<S: Solved> Simulation<'_, S> {
             let name = signature.equations.at(row).to_string();
             automata.iter().any(|automaton| automaton.kind.has_surface() && *automaton.name == name)
         };
-        // What the model itself declares comes first.
+        // Declarations of the model itself come first.
         let row = rows.min_by_key(|row| slides(*row)).unwrap_or(0);
         let (equation, slides) = (signature.equations.at(row).to_string(), slides(row));
         IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, equation, slides }

@@ -20,8 +20,8 @@ impl<S: Solved> Simulation<'_, S> {
     ///   ÿ = ∂f/∂y f + df/dt,   λ = ‖ÿ‖ / ‖ẏ‖,   e ≈ C (h λ)^k ‖ẏ‖ / λ
     /// ```
     ///
-    /// After inputs jump, a step may be so much longer than the new transient that its error says nothing about the
-    /// right size: the error estimate of a stiff method does not grow like h^k there.
+    /// After a jump of inputs, a step may be so much longer than the new transient that its error gives no information
+    /// about the right size: the error estimate of a stiff method does not grow like h^k there.
     pub(in crate::integrate) fn transient_step(&mut self) -> f64 {
         if !self.algebraic.is_empty() || !self.stepper.traits.wants_all_derivatives() {
             return f64::INFINITY;

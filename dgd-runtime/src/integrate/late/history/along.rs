@@ -5,8 +5,8 @@ use super::{History, ONE_TIME};
 use crate::integrate::enclosure::{Coefficients, Interval, Tube, tube_of};
 
 impl History {
-    /// What the number at a position of u is between two times, if it is the value of an unknown whose delay is
-    /// constant, after the start.
+    /// Enclosure of the number at a position of u between two times, if it is the value of an unknown with a constant
+    /// delay, after the start.
     pub(in crate::integrate) fn tube(&self, position: usize, times: [f64; 2]) -> Option<Tube> {
         let values = self.layout.values();
         let k = values.contains(&position).then(|| position - values.start)?;

@@ -88,7 +88,7 @@ enum Begun {
     NotYet,
     /// At the start, with the model's history.
     Anew,
-    /// With a given past.
+    /// A given past.
     FromAPast,
 }
 
