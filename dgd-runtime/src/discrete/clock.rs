@@ -57,9 +57,9 @@ impl Clocks {
             );
             one
         };
-        let mut all: Vec<Ticking> = discrete.clocks.iter().map(ticking).collect();
-        all.sort_by_key(|one| one.clock.automaton.is_some());
-        let mut clocks = Clocks { all, known: Vec::new(), next: f64::INFINITY };
+        let mut ticking_clocks: Vec<Ticking> = discrete.clocks.iter().map(ticking).collect();
+        ticking_clocks.sort_by_key(|one| one.clock.automaton.is_some());
+        let mut clocks = Clocks { all: ticking_clocks, known: Vec::new(), next: f64::INFINITY };
         clocks.find_next();
         clocks
     }

@@ -113,8 +113,8 @@ impl Schedule {
         }
         // A clock depends on others before it only.
         for _ in 0..=self.times.len() {
-            let at = Point { t, y: &[], u: &[], p, z: &self.z };
-            system.condition_times(at, &mut self.times, &mut self.after);
+            let point = Point { t, y: &[], u: &[], p, z: &self.z };
+            system.condition_times(point, &mut self.times, &mut self.after);
             let changes = self.clocks.place_again(&self.times, &self.after, t);
             self.clocks.write(&mut self.z[self.n_automata..]);
             if !changes {

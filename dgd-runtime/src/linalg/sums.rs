@@ -118,14 +118,14 @@ fn choose(sums: &mut [KeptSum], k: usize, y: &[f64]) {
     let coefficient = sums[k].shares[best];
     sums[k].divide(coefficient);
     // Taken out, not copied: steps do not allocate.
-    let own = std::mem::replace(&mut sums[k], KeptSum::NONE);
+    let removed = std::mem::replace(&mut sums[k], KeptSum::NONE);
     for (other, sum) in sums.iter_mut().enumerate() {
         let times = sum.shares.get(best).copied().unwrap_or(0.0);
         if other != k && times != 0.0 {
-            sum.subtract(&own, times);
+            sum.subtract(&removed, times);
         }
     }
-    sums[k] = own;
+    sums[k] = removed;
 }
 
 /// Puts y and S at the end of a step onto the sums.

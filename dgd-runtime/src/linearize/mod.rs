@@ -314,9 +314,9 @@ impl Columns {
                 continue;
             }
             let tau = if delayed.varies {
-                let mut all = vec![0.0; signature.varying_delays.len()];
-                problem.system.varying_delays(at.point(problem.p), &mut all);
-                all[delayed.delay]
+                let mut delays = vec![0.0; signature.varying_delays.len()];
+                problem.system.varying_delays(at.point(problem.p), &mut delays);
+                delays[delayed.delay]
             } else {
                 tau[delayed.delay]
             };

@@ -67,8 +67,8 @@ impl OperatingPoint {
         inputs.value(t, Side::Right, &mut u);
         let first = u.len() - solution.n_past;
         u[first..].copy_from_slice(solution.past(last));
-        let at = Self { t, y: solution.y(last).to_vec(), u, z: solution.z(last).to_vec() };
-        Ok((at, solution.s(last).to_vec()))
+        let point = Self { t, y: solution.y(last).to_vec(), u, z: solution.z(last).to_vec() };
+        Ok((point, solution.s(last).to_vec()))
     }
 
     /// The point as an argument of the model's functions.

@@ -52,17 +52,17 @@ pub fn find_start<S: Solved>(
     let inputs = problem.inputs_read().map_err(|error| no_rest(error.to_string()))?;
     let mut u = S::Inputs::zeros(inputs.len());
     inputs.value(t, Side::Right, u.as_mut());
-    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
+    let point = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
     let mut declared = vec![0.0; n];
-    start_values(problem, at, &mut declared)?;
+    start_values(problem, point, &mut declared)?;
     let full: Vec<(usize, f64)> = declared.iter().copied().enumerate().collect();
-    let held = Inputs::constant(&u.as_ref()[..signature.inputs.len()]);
-    let search = Problem { inputs: &held, start: &full, ..*problem };
-    let found = rest(&search, t, options).map_err(|error| no_rest(error.to_string()))?;
-    y.copy_from_slice(&found.at.y);
+    let constant = Inputs::constant(&u.as_ref()[..signature.inputs.len()]);
+    let search = Problem { inputs: &constant, start: &full, ..*problem };
+    let steady = rest(&search, t, options).map_err(|error| no_rest(error.to_string()))?;
+    y.copy_from_slice(&steady.at.y);
     if let Some(s) = s {
-        let slopes = Slopes { problem, rest: &found, declared: &declared };
-        let solved = slopes.of_start(at, s);
+        let slopes = Slopes { problem, rest: &steady, declared: &declared };
+        let solved = slopes.of_start(point, s);
         solved.ok_or_else(|| {
             no_rest("derivatives to what is estimated are not defined there".to_owned())
         })?;
@@ -151,7 +151,7 @@ impl<S: Solved> Slopes<'_, S> {
             let step = STEP * parameter_size(self.problem.system, i);
             let [after, before] = [step, -step].map(|step| self.conserved_at(i, step));
             let (after, before) = (after?, before?);
-            let of = |a: &Conserved, b: &Conserved| {
+            let difference = |a: &Conserved, b: &Conserved| {
                 let mut slope = vec![0.0; n];
                 for (sign, own) in [(1.0, a), (-1.0, b)] {
                     for (state, c) in &own.terms {
@@ -160,11 +160,11 @@ impl<S: Solved> Slopes<'_, S> {
                 }
                 slope
             };
-            let all = after.iter().zip(&before);
+            let pairs = after.iter().zip(&before);
             let names = |all: &[Conserved]| all.iter().map(|own| own.named_by).collect::<Vec<_>>();
             let is_same =
                 names(&after) == names(&self.rest.conserved) && names(&after) == names(&before);
-            is_same.then(|| all.map(|(a, b)| of(a, b)).collect())
+            is_same.then(|| pairs.map(|(a, b)| difference(a, b)).collect())
         });
         moved.collect()
     }
@@ -176,9 +176,9 @@ impl<S: Solved> Slopes<'_, S> {
         let problem = Problem { p: &p, ..*self.problem };
         let mut sizes = vec![0.0; self.declared.len()];
         unknown_sizes(self.problem.system, self.declared, &mut sizes);
-        let at = &self.rest.at;
-        let held = Held { problem: &problem, t: at.t, u: &at.u, sizes: &sizes };
-        let found = held.conserved(&at.y, &at.z, self.declared);
-        (found.len() == self.rest.conserved.len()).then_some(found)
+        let point = &self.rest.at;
+        let families = Held { problem: &problem, t: point.t, u: &point.u, sizes: &sizes };
+        let conserved = families.conserved(&point.y, &point.z, self.declared);
+        (conserved.len() == self.rest.conserved.len()).then_some(conserved)
     }
 }

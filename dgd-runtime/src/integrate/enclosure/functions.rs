@@ -113,8 +113,8 @@ const TWO: &[(&str, OfTwo)] = &[
         let change =
             if known { poly_gamma(order + 1.0, x.range) * x.change } else { Interval::ENTIRE };
         let everything = Interval::ENTIRE;
-        let of = |x: Interval| if whole { value(x) } else { everything };
-        Tube::moving(of(x.left), of(x.right), of(x.range), change)
+        let bound = |x: Interval| if whole { value(x) } else { everything };
+        Tube::moving(bound(x.left), bound(x.right), bound(x.range), change)
     }),
 ];
 

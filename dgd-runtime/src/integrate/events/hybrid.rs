@@ -93,8 +93,8 @@ impl Hybrid {
         let n_e = discrete.transitions().count();
         let mut dtimes = vec![0.0; discrete.n_time_conditions * n_s];
         if !dtimes.is_empty() {
-            let at = Point { t: from, y: &[], u: &[], p, z: &schedule.z };
-            system.condition_time_sensitivities(at, &mut dtimes);
+            let point = Point { t: from, y: &[], u: &[], p, z: &schedule.z };
+            system.condition_time_sensitivities(point, &mut dtimes);
             schedule.tell_apart(&dtimes, n_s);
         }
         let enclosures = Enclosures::new(&discrete.event_formulas);
@@ -210,16 +210,16 @@ impl Hybrid {
 
 /// For each transition, the one that indicates a flutter.
 fn ways_back(discrete: &Discrete) -> Vec<usize> {
-    let all: Vec<(usize, &Transition)> = discrete.transitions().collect();
+    let transitions: Vec<(usize, &Transition)> = discrete.transitions().collect();
     let back = |(k, (of, transition)): (usize, &(usize, &Transition))| {
         let kind = discrete.automata[*of].kind;
         let is_back = |(other, next): &(usize, &Transition)| {
             other == of && next.crossing != transition.crossing
         };
         let counts_knots = kind.counts() && kind.only_ends_steps();
-        all.iter().position(is_back).filter(|_| counts_knots).unwrap_or(k)
+        transitions.iter().position(is_back).filter(|_| counts_knots).unwrap_or(k)
     };
-    all.iter().enumerate().map(back).collect()
+    transitions.iter().enumerate().map(back).collect()
 }
 
 /// Occurrences of a transition: the time of the last, the interval before it, and how many times in a row that interval

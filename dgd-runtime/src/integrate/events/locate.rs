@@ -141,8 +141,8 @@ impl<S: Solved> Simulation<'_, S> {
         self.discrete.high.copy_from_slice(&self.discrete.e);
         {
             let u = self.drive.at(self.t, self.y.as_ref());
-            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-            system.event_functions(at, &mut self.discrete.low);
+            let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+            system.event_functions(point, &mut self.discrete.low);
         }
         let narrow = (4.0 * f64::EPSILON * self.t.abs()).max(NARROW * h);
         let mut stayed = Stayed { side: Side::None, times: 0 };
@@ -208,10 +208,10 @@ impl<S: Solved> Simulation<'_, S> {
         let y = self.row.as_mut();
         y.copy_from_slice(self.stepper.y_new.as_ref());
         let u = Here { drive: &mut self.drive, t: self.t + h };
-        let at = AlgebraicPoint { t: self.t + h, u, p, z: self.discrete.schedule.z.as_slice() };
+        let point = AlgebraicPoint { t: self.t + h, u, p, z: self.discrete.schedule.z.as_slice() };
         let (jacobian, sizes) = (work.jacobian.as_mut(), self.sizes.as_ref());
         let solved =
-            self.algebraic.make_consistent(system, at, y, jacobian, sizes, self.tolerances);
+            self.algebraic.make_consistent(system, point, y, jacobian, sizes, self.tolerances);
         if solved.is_ok() {
             self.stepper.y_new.as_mut().copy_from_slice(y);
         }
@@ -221,8 +221,8 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + h;
         let u = self.drive.at(t, self.stepper.y_new.as_ref());
-        let at = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
-        system.event_functions(at, &mut self.discrete.e);
+        let point = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
+        system.event_functions(point, &mut self.discrete.e);
     }
 
     /// The earliest root of the secants of the event functions that pass their thresholds.

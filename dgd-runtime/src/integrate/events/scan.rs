@@ -99,16 +99,16 @@ impl<S: Solved> Simulation<'_, S> {
         for reached in &mut self.discrete.reached {
             *reached = reached.map(|_| 0.0);
         }
-        let mut found = if self.begin_scan() { self.scan_from(0.0, h) } else { Scanned::Nothing };
-        while let Scanned::Stuck { part, to, k } = found
+        let mut scanned = if self.begin_scan() { self.scan_from(0.0, h) } else { Scanned::Nothing };
+        while let Scanned::Stuck { part, to, k } = scanned
             && self.rides(k, h, Part::new(part, to))
         {
             self.discrete.watching[k] = Watching::AtEnd;
-            found = self.scan_from(part, h);
+            scanned = self.scan_from(part, h);
         }
-        match found {
+        match scanned {
             Scanned::Nothing if self.is_due_at_end(h) => Scanned::Until(1.0),
-            found => found,
+            scanned => scanned,
         }
     }
 
@@ -324,12 +324,12 @@ impl<S: Solved> Simulation<'_, S> {
                         self.discrete.watching[k] = Watching::No;
                         continue;
                     }
-                    let at = match self.discrete.watching[k] {
+                    let watched = match self.discrete.watching[k] {
                         Watching::ArmedAt(armed) => armed,
                         _ => part.to,
                     };
-                    if first.is_none_or(|first| at < first.at) {
-                        first = Some(Due { k, at });
+                    if first.is_none_or(|first| watched < first.at) {
+                        first = Some(Due { k, at: watched });
                     }
                 }
             }
@@ -350,16 +350,16 @@ impl<S: Solved> Simulation<'_, S> {
         let (mut depth, mut uncertain) = (0.0_f64, 0.0_f64);
         let (mut from, mut width) = (part.from, part.to - part.from);
         loop {
-            let to = (from + width).min(1.0);
-            self.enclose(h, Part::new(from, to));
+            let end = (from + width).min(1.0);
+            self.enclose(h, Part::new(from, end));
             let e = beyond(self.discrete.enclosures.value_of(k), crossing);
             depth = depth.max(e.range.hi - slack);
             uncertain = uncertain.max(rounding(e));
             let is_back = from > part.from && e.right.lo <= slack;
-            if to >= 1.0 || is_back {
+            if end >= 1.0 || is_back {
                 break;
             }
-            (from, width) = (to, 2.0 * width);
+            (from, width) = (end, 2.0 * width);
         }
         let depth = if depth > NO_TOUCH * uncertain { depth } else { 0.0 };
         self.discrete.turned = Some((k, depth));

@@ -43,14 +43,14 @@ impl<S: Solved> Simulation<'_, S> {
     ) -> Result<Option<f64>, IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         let y_new = self.stepper.y_new.as_ref();
-        let at = Point {
+        let point = Point {
             t: t_new,
             y: y_new,
             u: self.drive.at(t_new, y_new),
             p,
             z: &self.discrete.schedule.z,
         };
-        system.event_functions(at, &mut self.discrete.e);
+        system.event_functions(point, &mut self.discrete.e);
         self.end_calm();
         self.discrete.uncut = f64::INFINITY;
         self.discrete.sampled = h;
@@ -134,8 +134,8 @@ impl<S: Solved> Simulation<'_, S> {
             let t = self.t + part * h;
             let u = self.drive.at(t, self.row.as_ref());
             let Hybrid { schedule, around, .. } = &mut self.discrete;
-            let at = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
-            system.event_functions(at, &mut around[k]);
+            let point = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            system.event_functions(point, &mut around[k]);
         }
     }
 

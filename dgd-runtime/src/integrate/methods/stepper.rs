@@ -239,17 +239,17 @@ impl<S: Solved> Stepper<S> {
         directions: Option<(&mut Directions<S>, At)>,
     ) {
         let (u, udot) = drive.with_slope(base.t, y);
-        let at = Point { t: base.t, y, u, p: base.p, z: base.z };
+        let point = Point { t: base.t, y, u, p: base.p, z: base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         match directions {
-            None => base.system.linearize(at, udot, f, jacobian, dfdt),
+            None => base.system.linearize(point, udot, f, jacobian, dfdt),
             Some((directions, place)) => {
                 let s = match place {
                     At::Start => &directions.s,
                     At::End => &directions.s_new,
                 };
                 base.system.sensitivity_linearize(
-                    at,
+                    point,
                     udot,
                     s.as_ref(),
                     f,

@@ -47,8 +47,8 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let (mut times, mut after) = (vec![0.0; n], vec![0.0; n]);
-        let at = Point { t: self.t, y: &[], u: &[], p, z: self.discrete.z() };
-        system.condition_times(at, &mut times, &mut after);
+        let point = Point { t: self.t, y: &[], u: &[], p, z: self.discrete.z() };
+        system.condition_times(point, &mut times, &mut after);
         let columns = self.discrete.dtimes().chunks_exact(n);
         for clock in system.signature().discrete.clocks.iter() {
             // Its period.
@@ -80,20 +80,20 @@ impl<S: Solved> Simulation<'_, S> {
         };
         let mut along = vec![0.0; signature.directions.len()];
         for (k, (automaton, transition)) in discrete.transitions().enumerate() {
-            let of = &discrete.automata[automaton];
+            let automaton_declared = &discrete.automata[automaton];
             let is_threshold = matches!(transition.trigger, Trigger::Level | Trigger::Edge)
                 && self.discrete.is_event(automaton)
                 && self.discrete.is_active(automaton, transition.from)
-                && !of.kind.ends_runs()
+                && !automaton_declared.kind.ends_runs()
                 && self.discrete.e[k].abs() <= ROUNDING * terms[k];
             let moves_off = self.event_rate(k).0.abs() > ROUNDING * rates[k];
-            if !is_threshold || (of.kind.keeps_slopes() && moves_off) {
+            if !is_threshold || (automaton_declared.kind.keeps_slopes() && moves_off) {
                 continue;
             }
             self.event_along_directions(k, &mut along);
             let moves = |j: &usize| along[*j].abs() * size_of(*j) > ROUNDING * terms[k];
             let moving = (0..signature.directions.len()).filter(moves).collect();
-            add(solution, signature, self.t, &of.name, moving);
+            add(solution, signature, self.t, &automaton_declared.name, moving);
         }
     }
 }

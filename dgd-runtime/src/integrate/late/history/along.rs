@@ -42,11 +42,11 @@ impl History {
             range = range.hull(here.range);
             slopes = slopes.hull(here.change / Interval::point(high - low));
         }
-        let at = |piece: usize, t: f64| {
+        let value = |piece: usize, t: f64| {
             let here = self.tube_of_piece(pieces.start + piece, watched, [t - error, t + error])?;
             Some(here.range)
         };
-        let (left, right) = (at(first, from)?, at(last, to)?);
+        let (left, right) = (value(first, from)?, value(last, to)?);
         Some(Tube::moving(left, right, range, slopes * Interval::point(to - from)))
     }
 
