@@ -83,7 +83,7 @@ fn range(span: Span) -> Range<usize> {
     span.start as usize..span.end as usize
 }
 
-/// The remark for a removed item: it names a part, and keeps its doc comment.
+/// A removed part as a remark, including its doc comment; empty for other items.
 fn as_remark(item: &Item, text: &str, edits: &mut Vec<(Range<usize>, String)>) -> String {
     if !matches!(item.kind, ItemKind::Part { .. }) {
         return String::new();

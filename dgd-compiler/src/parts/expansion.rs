@@ -18,8 +18,9 @@ use crate::syntax::visit::{self, Namespace, Part};
 /// Limit on the nesting of parts.
 const DEEPEST: usize = 64;
 
-/// Limit on the total size of parts, in bytes of text, plus as many bytes for each item as given here.
+/// Limit on the total size of parts: bytes of text, plus [`EVERY_ITEM`] for each item.
 const LARGEST: usize = 8 << 20;
+/// Size of an item in addition to its text, bytes.
 const EVERY_ITEM: usize = 128;
 
 /// A model with its parts expanded, under the names of its own file.

@@ -22,9 +22,8 @@ pub(super) fn schedule(
     let graph = expressions.graph;
     let reachable = graph.reachable(results.iter().flatten().map(|number| number.value));
     let moving = moving(graph, &reachable);
-    let numbers = || {
-        results.iter().enumerate().flat_map(|(r, reachable)| reachable.iter().map(move |n| (r, *n)))
-    };
+    let numbers =
+        || results.iter().enumerate().flat_map(|(r, result)| result.iter().map(move |n| (r, *n)));
 
     let rounds = Rounds::find(&expressions, &moving, kinds, numbers());
     let is_no_round =

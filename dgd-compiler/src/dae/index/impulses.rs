@@ -33,7 +33,7 @@ use crate::model::Model;
 
 /// Pivots below this, in rows whose largest entry is one, are rounding errors.
 const NOTHING: f64 = 1e-9;
-/// Limit on the chain of unknowns substituted into coefficients.
+/// Limit on the depth of substitutions in coefficients.
 const MOST_OPENED: usize = 16;
 
 /// The jumps on entering one combination of modes.
@@ -89,7 +89,7 @@ impl Systems {
         impulses
     }
 
-    /// Pairs of parts that an impulse of one reaches on its way to states of the other.
+    /// Pairs of parts in which impulses of one pass through the other on their way to states.
     pub(super) fn joined_by_impulses(&self, graph: &Graph) -> BTreeSet<(usize, usize)> {
         let mut joins = BTreeSet::new();
         if self.parts.len() == 1 {

@@ -478,7 +478,7 @@ impl<'a> Solver<'a> {
             for (row, (i, noise)) in used.iter().enumerate() {
                 rest[row] = (measured(*i) - self.w[*i]) / noise;
             }
-            let row_of = |i| used.iter().position(|(used, _)| *used == i);
+            let row_of = |i| used.iter().position(|(unknown, _)| *unknown == i);
             fill(&mut matrix, &signature.output_jacobians[0], by_y, &self.sizes, row_of);
             for (row, (_, noise)) in used.iter().enumerate() {
                 matrix.row_mut(row).unscale_mut(*noise);

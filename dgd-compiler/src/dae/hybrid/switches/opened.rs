@@ -7,7 +7,7 @@ use super::surfaces::is_smooth;
 use crate::dae::Dae;
 use crate::expr::{ExprId, Symbol};
 
-/// Limit on the chain of unknowns that are substituted.
+/// Limit on the depth of substitutions.
 const MOST_OPENED: usize = 16;
 
 /// The surface in terms of differential unknowns, if equations give the algebraic ones directly and without a switch.
