@@ -1,4 +1,4 @@
-//! What to simulate, and how.
+//! A problem and its options.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -82,7 +82,7 @@ impl<S: System> Problem<'_, S> {
     ///
     /// # Errors
     ///
-    /// [`InputError::Delay`] where an input's delay is negative or not finite.
+    /// [`InputError::Delay`] if an input's delay is negative or not finite.
     pub fn inputs_read(&self) -> Result<Cow<'_, Inputs>, InputError> {
         let signature = self.system.signature();
         let past = signature.past().len();

@@ -47,7 +47,7 @@ impl fmt::Display for DomainEnd {
     }
 }
 
-/// The nearest end of the values of row `row` of f along one of its unknowns, of which `sizes` are known.
+/// The nearest end of the values of row `row` of f along one of its unknowns, given the `sizes` of these.
 pub(crate) fn domain_end<S: Solved>(
     system: &S,
     at: Point<'_>,

@@ -106,7 +106,7 @@ impl Pieces {
         self.all.is_empty()
     }
 
-    /// Whether the last solution was found beyond a fold, as far as paths tell: a determinant changed its sign.
+    /// Whether the last solution was found beyond a fold, judging by its path: a determinant changed its sign.
     pub(crate) fn has_turned(&self) -> bool {
         self.has_turned
     }

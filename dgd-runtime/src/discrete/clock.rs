@@ -88,8 +88,8 @@ impl Clocks {
         }
     }
 
-    /// Places those that follow others anew, given the conditions' times and values. Returns whether a discrete number
-    /// changes by that.
+    /// Places the conditions that follow others again, given the conditions' times and values. Returns whether that
+    /// changes a discrete number.
     pub(super) fn place_again(&mut self, times: &[f64], after: &[f64], t: f64) -> bool {
         let mut changes = false;
         for one in self.all.iter_mut().filter(|one| one.clock.follows) {
@@ -241,7 +241,7 @@ impl Ticking {
     }
 }
 
-/// Whether two times differ by no more than rounding, where they are sums with this number.
+/// Whether two times differ by no more than rounding errors, given that they are sums with this number.
 pub(super) fn is_one_time(a: f64, b: f64, other: f64) -> bool {
     let distance = (a - b).abs();
     distance.is_finite() && distance <= ONE_TIME * a.abs().max(b.abs()).max(other.abs())

@@ -94,7 +94,7 @@ impl Schedule {
         self.switches.is_empty() && self.clocks.is_empty()
     }
 
-    /// Moves what is within rounding of one of these times onto it, and ticks onto switches. The times ascend.
+    /// Moves switches within rounding errors of one of these times onto it, and ticks onto switches. The times ascend.
     pub(crate) fn align(&mut self, mut known: Vec<f64>) {
         for switch in &mut self.switches {
             switch.t = aligned(&known, switch.t);

@@ -484,7 +484,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
         let point = AlgebraicPoint { t, u: u.as_ref(), p, z: &[] };
         let (sizes, jacobian) = (self.slope.as_ref(), self.jacobian.as_mut());
-        // Sizes of equations are learnt anew for each member.
+        // Sizes of equations are determined again for each member.
         self.algebraic.enter_modes(self.mass.as_ref());
         let (system, tolerances) = (self.system, self.tolerances);
         let algebraic = &mut self.algebraic;

@@ -1,8 +1,8 @@
 //! Linearisation of a compiled model at a point: matrices, poles, steady states.
 //!
 //! ```text
-//!   OperatingPoint::reached(problem, from, t, options)  where a run is at a time
-//!   steady_state(problem, t, options)                   where it is at rest, 0 = f(t, y, u, p)
+//!   OperatingPoint::reached(problem, from, t, options)  the point of a run at a time
+//!   steady_state(problem, t, options)                   a point at rest, 0 = f(t, y, u, p)
 //!   rest(problem, t, options)                           likewise, with conserved sums fixed
 //!   linearize(problem, point)                           → StateSpace: A, B, C, D
 //!   StateSpace::poles()                                 → Poles
@@ -151,7 +151,7 @@ pub struct StateSpace {
     pub by_u: DMatrix<f64>,
     /// ∂y_a/∂v.
     pub by_v: DMatrix<f64>,
-    /// ẋ at the point: zero where it is at rest.
+    /// ẋ at the point: zero at rest.
     pub rates: Vec<f64>,
     /// Values of `channels` at the point.
     pub u: Vec<f64>,
@@ -244,7 +244,7 @@ impl StateSpace {
     ///
     /// # Errors
     ///
-    /// [`LinearizeError::NoEigenvalues`] where the iteration does not converge.
+    /// [`LinearizeError::NoEigenvalues`] if the iteration does not converge.
     pub fn poles(&self) -> Result<Poles, LinearizeError> {
         poles::poles(self, &[])
     }

@@ -1,7 +1,7 @@
-//! The start of a run at rest, or where start equations say, and how it moves with θ.
+//! The start of a run at rest, or by start equations, and its derivatives with respect to θ.
 //!
 //! ```text
-//!   0 = f(y₀, u₀, θ)  for all equations but those of states that name what is conserved,
+//!   0 = f(y₀, u₀, θ)  for all equations but those of states that name conserved sums,
 //!   cₖᵀ y₀ = cₖᵀ x₀                                    x₀: the declared start values
 //!
 //!   ∂f/∂y S = −∂f/∂θ,      cₖᵀ S = cₖᵀ dx₀/dθ − dcₖᵀ/dθ (y₀ − x₀)
@@ -77,7 +77,7 @@ struct Slopes<'a, S: Solved> {
 }
 
 impl<S: Solved> Slopes<'_, S> {
-    /// S, n × n_s by columns; `None` where it is not determined.
+    /// S, n × n_s by columns; `None` if it is not determined.
     fn of_start(&self, at: Point<'_>, s: &mut [f64]) -> Option<()> {
         let system = self.problem.system;
         let signature = system.signature();

@@ -197,7 +197,7 @@ impl<'a, S: Solved> Reading<'a, S> {
         }
     }
 
-    /// ẇ along the solution; y and u are constant where it is not `inside` the run.
+    /// ẇ along the solution; y and u are constant outside of the run, if `inside` is false.
     fn output_rates(&mut self, t: f64, y: &[f64], z: &[f64], inside: bool, wdot: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
         let point = Point { t, y, u: self.u.as_ref(), p, z };

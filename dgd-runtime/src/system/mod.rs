@@ -266,8 +266,8 @@ pub trait System {
         let _ = (at, udot, dr, drdy, drdt);
     }
 
-    /// What entering the modes `at.z` does to the single unknowns, n₁ of them: their [`JumpKind`]s as numbers, c, what
-    /// the constraints of these modes leave, and the non-zeros of H, where jumps and impulses d solve
+    /// Jumps of the single unknowns, n₁ of them, on entering the modes `at.z`: their [`JumpKind`]s as numbers, c, the
+    /// residuals of the constraints of these modes, and the non-zeros of H, where jumps and impulses d solve
     ///
     /// ```text
     ///   H d = −c(y)

@@ -9,7 +9,7 @@ use super::tube::Tube;
 /// Rounding of a polynomial at the end of its piece, relative to its terms.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// A curve of what moves along an interval.
+/// A curve of an argument that moves along an interval.
 pub(super) fn along(curve: &Curve, x: Tube) -> Tube {
     let over = |x: Interval| over(curve, x);
     let whole = over(x.range);

@@ -86,7 +86,7 @@ impl Interval {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// What both contain; the first where rounding has parted them.
+    /// The intersection; the first where rounding errors have separated them.
     #[inline]
     pub(crate) fn meet(self, other: Self) -> Self {
         let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));

@@ -75,7 +75,7 @@ impl Reads {
     }
 }
 
-/// An interval of a step: its ends as fractions of the step, and what moves in it.
+/// An interval of a step: its ends as fractions of the step, and its moving quantities.
 pub(crate) struct Along<'a, U: Fn(usize) -> Tube> {
     pub(crate) ends: [f64; 2],
     pub(crate) time: Tube,
@@ -166,7 +166,7 @@ impl Enclosures {
         }
     }
 
-    /// Whether a step is an unknown, or a sum of multiples of such and of what does not move.
+    /// Whether a step is an unknown, or a sum of constants and of multiples of these.
     fn is_linear(&self, step: Step) -> bool {
         let is_still = |at: usize| !self.reads[at].moves();
         let is_linear = |at: usize| self.polynomials[at].is_some();
@@ -242,8 +242,8 @@ impl Enclosures {
         &self.inputs
     }
 
-    /// Prepares the formulas that are wanted for a step: evaluates what does not move, and takes the polynomials of the
-    /// unknowns that are read, each from `polynomial`, which returns the number of coefficients.
+    /// Prepares the requested formulas for a step: evaluates constants, and takes the polynomials of the unknowns that
+    /// are read, each from `polynomial`, which returns the number of coefficients.
     pub(crate) fn begin(
         &mut self,
         wanted: impl Fn(usize) -> bool,

@@ -1,10 +1,10 @@
-//! Enclosures contain what they enclose, and become narrow as fast as the square of the interval.
+//! Enclosures contain the exact ranges, and converge like the square of the interval.
 
 use dgd_signature::{Curve, Formulas, Operation as Op};
 
 use super::{Along, Enclosures, Interval, Tube, functions};
 
-/// Numbers between 0 and 1 that look random.
+/// Pseudo-random numbers between 0 and 1.
 fn number(seed: usize) -> f64 {
     let mixed = (seed as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
     (mixed.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64 / (1_u64 << 53) as f64

@@ -30,9 +30,9 @@ pub(in crate::integrate) struct Hybrid {
     back: Vec<usize>,
     /// For each transition, whether its condition has been false since its mode was entered.
     pub(in crate::integrate) armed: Vec<bool>,
-    /// How far an event function may exceed its threshold without triggering: as far as it did when the solution
-    /// stopped sliding along the threshold, or as rounding takes it when the solution starts on the threshold or has
-    /// just passed it. Infinite until that is known.
+    /// How far an event function may exceed its threshold without triggering: by the excess at which the solution
+    /// stopped sliding along the threshold, or by rounding errors if the solution starts on the threshold or has just
+    /// passed it. Infinite until that is known.
     pub(in crate::integrate) slack: Vec<f64>,
     /// The rounding of event functions of time that have just passed their thresholds, and until when it counts.
     pub(super) rounding: Vec<f64>,

@@ -52,7 +52,7 @@ impl<S: Solved> Simulation<'_, S> {
         if self.discrete.pieces.is_empty() || self.algebraic.is_empty() {
             return Ok(());
         }
-        // Only what is reached along a solution may be a fold; inputs, resets and other modes jump by themselves.
+        // Only points reached along a solution may be folds; inputs, resets and other modes jump by themselves.
         let is_reached = self.discrete.located.is_some();
         if is_reached {
             // A step leaves algebraic unknowns within the tolerance of their equations.
@@ -127,7 +127,7 @@ impl<S: Solved> Simulation<'_, S> {
         )
     }
 
-    /// Moves states from where they are to where their slopes at `y`, which is a time `on` later, lead them.
+    /// Advances states over a time `on` with their slopes at `y`, which is that much later.
     fn move_states(&mut self, on: f64, y: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + on;

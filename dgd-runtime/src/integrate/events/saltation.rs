@@ -464,7 +464,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Enters the current modes, with what these make of the unknowns that have derivatives.
+    /// Enters the current modes, which decide which unknowns have derivatives.
     fn enter_modes(&mut self, transition: Option<usize>) {
         let mut mass = std::mem::take(&mut self.discrete.saltation.mass);
         let mut had_rate = std::mem::take(&mut self.discrete.saltation.had_rate);

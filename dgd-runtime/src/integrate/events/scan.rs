@@ -309,7 +309,7 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
-    /// The transition that is due first in a part; if there is none, arms what is armed there.
+    /// The first transition that is due in a part; if there is none, arms those that can be armed there.
     fn first_due(&mut self, h: f64, part: Part) -> Option<Due> {
         let discrete = &self.problem.system.signature().discrete;
         let mut first: Option<Due> = None;
@@ -337,8 +337,8 @@ impl<S: Solved> Simulation<'_, S> {
         first
     }
 
-    /// Notes how far the event function of a transition that is due in a part turns beyond its threshold, where it is
-    /// not beyond it at the end of the step. Whether that is more than a touch decides about derivatives.
+    /// Records how far the event function of a transition that is due in a part turns beyond its threshold, if it is
+    /// not beyond it at the end of the step. Derivatives depend on whether that is more than a touch.
     fn take_turn(&mut self, k: usize, h: f64, part: Part) {
         let mut transitions = self.problem.system.signature().discrete.transitions();
         let Some((_, transition)) = transitions.nth(k) else { return };

@@ -157,7 +157,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Whether what `make` makes has one outcome in the reverse order, too. Everything is as before then.
+    /// Whether the changes by `make` have the same outcome in the reverse order. The state is restored afterwards.
     pub(super) fn orders_agree(
         &mut self,
         solution: &mut Solution,

@@ -31,7 +31,7 @@ const FAR_ENOUGH: f64 = 1e-9;
 
 impl<S: Solved> Simulation<'_, S> {
     /// The fraction of the last tried step up to the first point where a transition is due or can be armed. If there is
-    /// none, arms what can be armed at the end.
+    /// none, arms those that can be armed at the end.
     ///
     /// # Errors
     ///

@@ -20,7 +20,7 @@ const SMOOTH: u32 = 2;
 /// The point at which a mark is reached is located to this fraction of the step.
 const NARROW: f64 = 1e-13;
 
-/// Fractions of a step, besides its end, at which variable delays are looked up.
+/// Fractions of a step, in addition to its end, at which variable delays are looked up.
 const LOOKS: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// Work space at discontinuities.

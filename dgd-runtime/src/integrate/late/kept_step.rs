@@ -20,7 +20,7 @@ const SETTLED: f64 = 1e-2;
 const AHEAD: f64 = 1e-2;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Discards what the previous trial left, before a step is tried.
+    /// Discards the data of the previous trial, before a step is tried.
     #[inline]
     pub(in crate::integrate) fn forget_trial(&mut self) {
         if S::FEATURES.past

@@ -1,4 +1,4 @@
-//! The state, besides its unknowns, that a run needs to continue another.
+//! The state, other than its unknowns, that a run needs to continue another.
 //!
 //! Sides of switches, chosen states, bounds of algebraic unknowns and conditions on time follow from the values at the
 //! time. The mode of a system, which of its conditions have been true all along, and whether a state is held by its
@@ -9,7 +9,7 @@ use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::{Discrete, Point};
 
-/// The state of a run at its end, besides its unknowns.
+/// The state of a run at its end, other than its unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Memory {
     z: Vec<f64>,

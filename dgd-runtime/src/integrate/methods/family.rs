@@ -25,7 +25,7 @@ use crate::solved::Solved;
 /// The needs of a family at the start of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Needs {
-    /// Nothing beyond what it remembers.
+    /// Nothing but its memory.
     Nothing,
     /// J.
     Jacobian,
@@ -215,7 +215,7 @@ pub(crate) trait Family: Copy {
     }
 
     /// Chooses the next step after a rejected one. Returns whether (t, y) itself may be the cause, rather than the step
-    /// size or what is remembered.
+    /// size or the memory.
     fn adapt_to_rejection<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,

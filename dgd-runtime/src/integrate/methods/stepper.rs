@@ -26,7 +26,7 @@ pub(crate) struct Stepper<S: Solved> {
     kind: MethodKind,
     pub(crate) traits: Traits,
     pub(in crate::integrate) factorisation: S::Factorisation,
-    /// f, ∂f/∂y and df/dt at the start of the step, as far as the family needs them.
+    /// f, ∂f/∂y and df/dt at the start of the step, those that the family needs.
     pub(crate) f: S::Vector,
     pub(crate) jacobian: S::Jacobian,
     pub(crate) dfdt: S::Vector,
@@ -211,7 +211,7 @@ impl<S: Solved> Stepper<S> {
         lu.factorise(c, differential, pattern, jacobian, Some(sizes))
     }
 
-    /// Discards what is known of the solution before (t, y), which is not smooth here.
+    /// Discards information about the solution before (t, y), which is not smooth here.
     #[inline]
     pub(crate) fn restart(&mut self) {
         self.fresh = true;

@@ -195,7 +195,7 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         }
     }
 
-    /// What start equations and algebraic equations leave; `None` where that is not finite.
+    /// Residuals of start equations and algebraic equations; `None` if they are not finite.
     fn residuals(&mut self, y: &[f64]) -> Option<DVector<f64>> {
         let (p, z, t) = (self.problem.p, self.z, self.t);
         let point = Point { t, y, u: self.drive.at(t, y), p, z };

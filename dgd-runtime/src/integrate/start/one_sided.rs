@@ -1,4 +1,4 @@
-//! What derivatives are worth at the start: those of a solution that begins on a threshold are one-sided.
+//! Validity of derivatives at the start: those of a solution that begins on a threshold are one-sided.
 //!
 //! On e(t₀, y₀, p) = 0 with ∂e/∂θ ≠ 0, a change of θ in one direction leaves the threshold behind, one in the other
 //! puts it ahead. S is the derivative on the side that the run takes. Where only slopes jump, both sides agree if the

@@ -148,7 +148,7 @@ impl History {
         let (basis, _, differences) = here;
         let (rates, per_h, rate_differences) =
             if sloped == at { here } else { self.piece(sloped, within) };
-        // What lies further beyond is a straight line.
+        // Beyond, the extrapolation is a straight line.
         let bent = if beyond == 0.0 { per_h * per_h } else { 0.0 };
         for &Read { delayed: k, watched, .. } in &self.lags[index].reads {
             let x = basis.read(differences, n, watched)[0];

@@ -103,8 +103,8 @@ struct Lag {
     mark: usize,
     /// The piece that it read last.
     piece: usize,
-    /// How far before the last mark, and behind the next one, it still reads between them: as far as it was when a
-    /// step ended at a mark.
+    /// How far before the last mark, and behind the next one, it still reads between them: by the excess when a step
+    /// ended at a mark.
     slack: [f64; 2],
     /// Whether a variable delay is zero since the last instant, so that it reads the present.
     is_none: bool,
@@ -360,7 +360,7 @@ impl History {
         self.is_trial
     }
 
-    /// Discards what the previous trial left, before a step is tried.
+    /// Discards the data of the previous trial, before a step is tried.
     pub(in crate::integrate) fn forget_trial(&mut self) {
         self.remove_trial();
         self.reads_beyond = false;
