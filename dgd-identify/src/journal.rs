@@ -7,7 +7,6 @@
 //!   journal has the key?  yes: read it     Kept::read
 //!                         no:  compute and store it    Kept::write
 //! ```
-//! ```
 
 use std::convert::Infallible;
 use std::fmt::{self, Write as _};

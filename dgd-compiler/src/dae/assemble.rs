@@ -1,4 +1,4 @@
-//! Model → Dae: the list of the passes, with what each eliminates.
+//! Model → Dae: the list of the passes, and what each eliminates.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,7 +1,7 @@
 //! The system to be solved: M ẏ = f(t, y, u, p, z) with M(z) = diag(1 or 0), square and of index 1.
 //!
 //! z are the discrete numbers, which change at events only: the mode of each `modes` block, counted
-//! from 0, then one for each condition on time, 1 where it holds and 0 where it does not.
+//! from 0, then one for each condition on time, 1 if it holds and 0 if not.
 
 mod assemble;
 mod delays;
@@ -195,7 +195,7 @@ pub struct TimeCondition {
 pub struct StartEquation {
     /// Its label.
     pub name: String,
-    /// Where it stands.
+    /// Its place.
     pub span: Span,
     /// r.
     pub rest: ExprId,

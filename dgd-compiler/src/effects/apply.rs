@@ -294,7 +294,7 @@ impl Splicing {
         n_uses
     }
 
-    /// Replaces a name in equations of one label; `None` where there is none.
+    /// Replaces a name in equations of one label; `None` if there is no such equation.
     fn replace_in(
         &mut self,
         splice: &Splice<'_>,

@@ -268,7 +268,7 @@ impl Graph {
         }
     }
 
-    /// a where the condition holds, otherwise b
+    /// a if the condition holds, otherwise b
     pub fn select(&mut self, condition: ExprId, a: ExprId, b: ExprId) -> ExprId {
         match self.value(condition) {
             Some(truth) if truth != 0.0 => a,

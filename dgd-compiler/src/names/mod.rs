@@ -77,7 +77,7 @@ pub struct Symbol {
     pub declared: Span,
 }
 
-/// A place where a symbol is named.
+/// An occurrence of a symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Use {
     /// The place; `pump.c0` has two, one for the part and one for its member.

@@ -134,7 +134,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         problems.check().map(|()| whole)
     }
 
-    /// [`Self::model`] after its checks.
+    /// A model with its parts expanded, valid only if nothing is reported.
     fn sound_model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> ExpandedModel {
         let mut items = ast.items.clone();
         let is_main = self.open.is_empty();

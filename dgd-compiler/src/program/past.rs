@@ -1,8 +1,8 @@
 //! Delayed unknowns in a program, and their derivatives.
 //!
 //! x(t − τ) is read as `if held then value else present`: x is looked up at α = t − τ, or is the current value without
-//! a delay. τ may depend on anything known at t. With x' = ẋ(α), x'' = ẍ(α),
-//! Xⱼ = ∂x/∂θⱼ and X'ⱼ its slope, both at α, all of them inputs,
+//! a delay. τ may depend on anything known at t. With x' = ẋ(α), x'' = ẍ(α), Xⱼ = ∂x/∂θⱼ and X'ⱼ its slope, both at α,
+//! all of them inputs,
 //!
 //! ```text
 //!   ∂value/∂w = x' ∂α/∂w            for w = t, y, u;  dvalue/dθⱼ = Xⱼ + x' ∂α/∂θⱼ

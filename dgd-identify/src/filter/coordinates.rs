@@ -6,7 +6,6 @@
 //! | a parameter | as in fits: θ / size, or ln θ if the model says `log` |
 //!
 //! States come first, in the order of y; then parameters, in the order of the directions.
-//! States first, in the order of y; then parameters, in the order of the directions.
 
 use dgd_runtime::Direction;
 use dgd_runtime::for_identify::unknown_sizes;

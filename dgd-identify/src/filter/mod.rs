@@ -41,7 +41,6 @@
 //! If a model or an output reads delayed unknowns, these are tracked, too: as variables in addition to the present
 //! ones, which samples correct. Treating them as known would make standard deviations many times too small. Delays that
 //! vary with the unknowns are refused, [`FilterError::NotFollowed`].
-//! vary with the unknowns are refused, [`FilterError::NotFollowed`].
 
 mod coordinates;
 mod correction;

@@ -97,7 +97,6 @@ pub fn percentiles(mut values: Vec<f64>, probability: f64) -> Option<(f64, f64)>
 /// # Panics
 ///
 /// If the fit does not belong to the problem.
-/// When the fit is not one of the problem.
 pub fn bootstrap<G: FnMut() -> u64>(
     problem: &OutputErrorProblem<'_>,
     fit: &Fit,

@@ -12,6 +12,7 @@
 //!
 //! J is the component of ∂r/∂α outside of the span of Φ: Kaufman's Jacobian of the projected residuals. So a step only
 //! needs one triangle of the rows. Linear parameters at a bound are not projected out.
+//!
 //! Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; Kaufman, BIT 15 (1975) 49.
 
 use dgd_runtime::Direction;

@@ -4,7 +4,6 @@
 //! unknowns of an equation belong together. If the index of a part has to be reduced, it joins the parts that it needs
 //! derivatives from; and if impulses of its unknowns reach states of other parts, it joins these because jumps depend
 //! on both.
-//! these, as jumps depend on both.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -3,7 +3,7 @@
 //! | as written | readings y around the output w |
 //! |---|---|
 //! | `noise 0.01 [bar]` | normal, with this standard deviation |
-//! | `noise σ`, a formula | normal; σ reads parameters, what outputs can read, and the output itself by its name |
+//! | `noise σ`, a formula | normal; σ may read everything that outputs can read, parameters, and the output itself by name |
 //! | `noise lognormal(σ)` | ln y is normal around ln w |
 //! | `noise student(ν, σ)` | (y − w)/σ has Student's t distribution with ν degrees of freedom |
 //!

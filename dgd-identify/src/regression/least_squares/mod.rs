@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   minimise ‖Rδ − ζ‖        over all δ, or over  lower ≤ δ ≤ upper
-//!   R D⁻¹ = U Σ Vᵀ,  D = diag ‖R_j‖:  rank, condition number σ₁/σ_n, what is not seen
+//!   R D⁻¹ = U Σ Vᵀ,  D = diag ‖R_j‖:  rank, condition number σ₁/σ_n, undetermined combinations
 //! ```
 //!
 //! If R does not have full rank, δ is the shortest in units of D: columns that the rows cannot distinguish share the

@@ -3,7 +3,7 @@
 //! ```text
 //!   discrete:    ε = z − φᵀθ,  P⁻¹ ← λ P⁻¹ + φφᵀ/m²,  θ ← θ + P φ ε/m²
 //!   continuous:  ε = (z − φᵀθ)/m²,  θ̇ = P ε φ,  Ṗ = βP − P φφᵀ/m² P
-//!   m² = 1 + n_s²;  while P would grow beyond ‖P‖ = R₀ it stays as it is
+//!   m² = 1 + n_s²;  while P would grow beyond ‖P‖ = R₀ it is constant
 //! ```
 //!
 //! Both store R of P⁻¹ = RᵀR and rotate new rows into it: P stays positive definite whatever the rounding errors, and β

@@ -214,7 +214,7 @@ impl Point {
         self.halve_to_surface(v, surface)
     }
 
-    /// Moves a symbol, other than `kept` if possible, to just beside a threshold.
+    /// Moves a symbol, other than `kept` if possible, close to a threshold.
     pub(super) fn move_near(&mut self, threshold: &Threshold, kept: Symbol, random: &mut Random) {
         let other = threshold.slopes.iter().rev().find(|(symbol, _)| *symbol != kept);
         let Some((v, tape)) = other.or(threshold.slopes.first()) else { return };

@@ -5,7 +5,6 @@
 //! discrete number therefore selects the piece, as for values that jump, and the runtime finds pieces and unknowns
 //! together. But if a piece may be undefined beyond its end, as √x is below zero, the row stays as it is, and steps
 //! just end at the corner.
-//! it is, and steps just end at the corner.
 
 use super::Surface;
 use crate::dae::Dae;

@@ -9,7 +9,7 @@
 //! ```text
 //!   z = below   e < 0    ->  above when e rises above 0
 //!   z = above   e > 0    ->  below when e falls below 0
-//!   z = sliding e = 0, where both sides push back
+//!   z = sliding e = 0, if both sides push back
 //! ```
 //!
 //! On a surface that it cannot leave, the solution slides (Filippov). Then a share α of the side above and 1 − α of the

@@ -1,10 +1,10 @@
 //! Tables: events at the knots at which a row's slope jumps, and at the ends of the table where a run ends.
 //!
-//! All knots of a table, at one argument x, are one automaton. Its discrete number z counts those that have been
-//! passed, by the broken line s that is k at the k-th knot:
-//!
 //! All knots of a table, at one argument x, are one automaton. Its discrete number z counts the knots passed, by the
 //! broken line s that is k at the k-th knot:
+//!
+//! ```text
+//!   s(x) − z − 1 rises above 0, s(x) − z falls below 0:    z = ⌊s(x)⌋
 //! ```
 //!
 //! For a smooth table these are all knots if its argument does not depend on the solution: error control sees an
