@@ -1,6 +1,6 @@
 //! From the text of a `.dgd` model to a program: syntax, units, structure, derivatives, Rust tokens.
 //!
-//! Does no I/O, prints nothing, and never panics on what a user wrote. [`pipeline`] shows the whole.
+//! Does no I/O, prints nothing, and never panics on user input. [`pipeline`] gives an overview.
 
 pub mod codegen;
 pub mod dae;

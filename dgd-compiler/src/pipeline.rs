@@ -2,7 +2,7 @@
 //!
 //! | stage | function | from | to |
 //! |---|---|---|---|
-//! | 1 | [`load`] | text, and what it imports | [`Ast`]s |
+//! | 1 | [`load`] | text and its imports | [`Ast`]s |
 //! | 2 | [`resolve`] | `Ast`s | [`Model`]: names, units, SI |
 //! | 3 | [`assemble`] | `Model` | [`Dae`]: M ẏ = f, matched, index 1 |
 //! | 4 | [`lower`] | `Dae` | [`Program`]: derivatives, single assignment |
@@ -21,7 +21,7 @@ use crate::syntax::own_units;
 pub use crate::program::Directions;
 pub use crate::syntax::imports::Read;
 
-/// What every stage made.
+/// The result of every stage.
 #[derive(Debug, Clone)]
 pub struct Compiled {
     /// The model file's tree first, then those of its imports, as they were read.
@@ -36,53 +36,53 @@ pub struct Compiled {
 
 /// Parses a file and, once each, the libraries and models that it imports directly or through others.
 ///
-/// An item that cannot be read hides only itself: what is wrong with the others, names and units, is reported
-/// together with it, for the first choice of each variant.
+/// An unreadable item hides only itself: errors of the others, such as names and units, are reported together with it,
+/// for the first choice of each variant.
 ///
 /// # Errors
 ///
-/// [`Reported`] where a file has syntax errors, or cannot be read or imported.
+/// [`Reported`] if a file has syntax errors, or cannot be read or imported.
 pub fn load(
     main: Source,
     read: &mut Read<'_>,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Ast>, Reported> {
-    let mut own = Diagnostics::default();
-    let Loaded { asts, holes } = imports::load(vec![main], read, sources, &mut own);
+    let mut problems = Diagnostics::default();
+    let Loaded { asts, holes } = imports::load(vec![main], read, sources, &mut problems);
     let units = own_units::declared(&asts);
     if !units.is_empty() {
         sources.units = units;
     }
-    let result = own.check();
+    let result = problems.check();
     if result.is_err() && asts[0].model.is_some() {
-        further_mistakes(&asts, &holes, &ModelOptions::default(), &mut own);
+        further_mistakes(&asts, &holes, &ModelOptions::default(), &mut problems);
     }
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
     diagnostics.check()?;
     result.map(|()| asts)
 }
 
-/// Reports what is wrong with the sound items of a model that has holes, without what only follows from these.
+/// Reports errors in the valid items of a model with holes, without errors that may only follow from the holes.
 pub fn further_mistakes(
     asts: &[Ast],
     holes: &[Hole],
     options: &ModelOptions,
     diagnostics: &mut Diagnostics,
 ) {
-    let mut found = Diagnostics::default();
-    // The model is of no use: it lacks what the holes would have declared.
-    let _: Result<Model, Reported> = resolve(asts, options, &mut found);
-    for mistake in found.sorted() {
+    let mut further = Diagnostics::default();
+    // The model is useless: it lacks the declarations in the holes.
+    let _: Result<Model, Reported> = resolve(asts, options, &mut further);
+    for mistake in further.sorted() {
         if !holes.iter().any(|hole| follows_from(mistake, hole)) {
             diagnostics.error(mistake.clone());
         }
     }
 }
 
-/// Whether a mistake may only be one because an item could not be read.
+/// Whether an error may only be due to an item that could not be read.
 fn follows_from(mistake: &Diagnostic, hole: &Hole) -> bool {
     let is_about_names =
         matches!(mistake.code, Code::E201 | Code::E203 | Code::E205 | Code::E209 | Code::E220);
@@ -104,7 +104,7 @@ fn follows_from(mistake: &Diagnostic, hole: &Hole) -> bool {
 ///
 /// # Errors
 ///
-/// [`Reported`]: what is wrong is in `diagnostics`, its places in `sources`.
+/// [`Reported`]: the errors are in `diagnostics`, with places in `sources`.
 pub fn compile(
     main: Source,
     options: &ModelOptions,
@@ -117,12 +117,11 @@ pub fn compile(
     compile_asts(asts, options, directions, diagnostics)
 }
 
-/// Runs stages 2 to 4: on a model's tree and those of its libraries, to which effects may have been
-/// applied.
+/// Runs stages 2 to 4 on a model's tree and those of its libraries, possibly after applying effects.
 ///
 /// # Errors
 ///
-/// [`Reported`]: what is wrong is in `diagnostics`.
+/// [`Reported`]: the errors are in `diagnostics`.
 pub fn compile_asts(
     asts: Vec<Ast>,
     options: &ModelOptions,

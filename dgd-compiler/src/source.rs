@@ -1,6 +1,6 @@
-//! The texts a model is read from, and places in them.
+//! The texts of a model, and places in them.
 
-/// A text with the name a user knows it by.
+/// A text, and its name for the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     /// Path or other name, as shown in diagnostics.
@@ -9,7 +9,7 @@ pub struct Source {
     pub text: String,
 }
 
-/// Which of the [`Sources`] a place lies in.
+/// Number of a source among the [`Sources`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct SourceId(pub u32);
 
@@ -25,7 +25,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// The smallest range that holds both; the first, where they are of two sources.
+    /// The smallest range that contains both; the first if they are in different sources.
     #[must_use]
     pub fn to(self, other: Span) -> Span {
         if self.source != other.source {
@@ -44,17 +44,17 @@ impl Span {
 pub struct DeclaredUnit {
     /// Its symbol.
     pub symbol: String,
-    /// What one of it is, in `unit`.
+    /// Its value, in `unit`.
     pub value: f64,
     /// A unit of the language.
     pub unit: String,
 }
 
-/// Every text of one compilation: the model's own first, then what it imports.
+/// Every text of one compilation: the model's own first, then its imports.
 #[derive(Debug, Clone, Default)]
 pub struct Sources {
     list: Vec<Source>,
-    /// Units that the model declares: columns of data files may be in them.
+    /// Units that the model declares, for columns of data files.
     pub units: Vec<DeclaredUnit>,
 }
 
@@ -65,7 +65,7 @@ impl Sources {
         SourceId(u32::try_from(self.list.len() - 1).unwrap_or(u32::MAX))
     }
 
-    /// The id of a source that may have been added before, so that a mistake in it is one mistake.
+    /// The id of a source that may have been added before, so that an error in it is reported once.
     pub fn add_once(&mut self, source: Source) -> SourceId {
         match self.list.iter().position(|added| *added == source) {
             Some(at) => SourceId(u32::try_from(at).unwrap_or(u32::MAX)),
@@ -96,19 +96,19 @@ impl Sources {
     }
 }
 
-/// In what a column is counted.
+/// Unit in which columns are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Columns {
     /// Bytes of UTF-8.
     Utf8,
-    /// Units of UTF-16, of which a letter beyond the first plane has two.
+    /// Units of UTF-16; a character beyond the first plane has two.
     Utf16,
     /// Characters.
     Characters,
 }
 
 impl Columns {
-    /// How many columns a text without line ends takes.
+    /// Number of columns of a text without line ends.
     pub fn of(self, text: &str) -> usize {
         match self {
             Columns::Utf8 => text.len(),
@@ -117,8 +117,8 @@ impl Columns {
         }
     }
 
-    /// The bytes that the first columns of a line take, to its end where it has not so many. A column within
-    /// a character is taken as the one before it.
+    /// The number of bytes of the first `columns` columns of a line, or of the whole line if it is shorter. A column
+    /// within a character counts as the one before it.
     fn bytes(self, line: &str, columns: usize) -> usize {
         let mut passed = 0;
         for (at, c) in line.char_indices() {
@@ -131,7 +131,7 @@ impl Columns {
     }
 }
 
-/// Where the lines of a text begin: from bytes to lines and columns and back, both counted from 0.
+/// Starts of the lines of a text, to convert between bytes and lines and columns, which are counted from 0.
 #[derive(Debug, Clone)]
 pub struct Lines {
     starts: Vec<usize>,
@@ -154,7 +154,7 @@ impl Lines {
         (line, columns.of(&text[self.starts[line]..byte]))
     }
 
-    /// The byte of this text at a line and column; the end of the line or text where it has not so many.
+    /// The byte of this text at a line and column; the end of the line or text if these are shorter.
     pub fn byte(&self, text: &str, line: usize, column: usize, columns: Columns) -> usize {
         let Some(&start) = self.starts.get(line) else { return text.len() };
         let end = self.starts.get(line + 1).map_or(text.len(), |next| next - 1);
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(lines.position(text, x, Columns::Utf8), (1, 8));
         assert_eq!(lines.position(text, x, Columns::Utf16), (1, 5));
         assert_eq!(lines.position(text, x, Columns::Characters), (1, 4));
-        // Within a letter of two units, beyond a line, and beyond the text.
+        // Inside a letter of two units, beyond a line, and beyond the text.
         assert_eq!(lines.byte(text, 1, 4, Columns::Utf16), text.find('𝜌').expect("it is there"));
         assert_eq!(lines.byte(text, 0, 99, Columns::Utf16), text.find('\r').expect("it is there"));
         assert_eq!(lines.byte(text, 9, 0, Columns::Utf16), text.len());

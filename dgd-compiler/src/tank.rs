@@ -1,4 +1,4 @@
-//! A tank that stands as a part in many tests, and models compiled from several texts.
+//! A tank used as a part in many tests, and models compiled from several texts.
 
 use crate::diagnostics::{Diagnostics, render};
 use crate::model::{Model, ModelOptions, resolve};
@@ -33,8 +33,8 @@ impl Run {
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
         let main = Source { name: files[0].0.into(), text: files[0].1.into() };
         let mut read = |path: &str| {
-            let found = files.iter().find(|(name, _)| *name == path);
-            found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "not found".to_owned())
+            let file = files.iter().find(|(name, _)| *name == path);
+            file.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "not found".to_owned())
         };
         let asts = load(main, &mut read, &mut sources, &mut diagnostics).unwrap_or_default();
         Run { sources, diagnostics, asts }

@@ -1,4 +1,4 @@
-//! Every symbol of every model is renamed, everywhere it is named; then all files are as sound as before.
+//! Renames every symbol of every model, in all its uses; afterwards all files must be as valid as before.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -16,7 +16,7 @@ use dgd_compiler::syntax::{imports, parse};
 
 type Texts = BTreeMap<PathBuf, String>;
 
-/// All files below a folder.
+/// All files in a folder and its subfolders.
 fn collect(folder: &Path, all: &mut Texts) {
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -32,7 +32,7 @@ fn collect(folder: &Path, all: &mut Texts) {
 fn models() -> Texts {
     let mut all = Texts::new();
     collect(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../models"), &mut all);
-    // As `..` is taken back in the names of imports, it is here.
+    // Resolves `..`, as the names of imports do.
     let root =
         Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the repository").join("models");
     let below = |path: &Path| {
@@ -57,8 +57,8 @@ fn names_of(texts: &Texts) -> (Names, Sources, Vec<PathBuf>) {
     (names, sources, texts.keys().cloned().collect())
 }
 
-/// Checks one model in all its variants, one choice at a time, and the effects on it; nothing where neither it,
-/// nor what it imports, nor an effect has been changed.
+/// Checks one model in all its variants, one choice at a time, and the effects on it; skipped if the model, its imports
+/// and its effects are unchanged.
 fn check(texts: &Texts, changed: &BTreeSet<PathBuf>, path: &Path) -> Result<(), String> {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let main = Source { name: path.display().to_string(), text: texts[path].clone() };
@@ -107,7 +107,7 @@ fn name(text: &str) -> Name {
     Name { text: text.to_owned(), span: Span::default() }
 }
 
-/// The texts with some places replaced, which are in order.
+/// The texts with some places replaced; the places are ordered.
 fn replaced(texts: &Texts, paths: &[PathBuf], edits: &[(Span, String)]) -> Texts {
     let mut changed = texts.clone();
     for (span, new) in edits.iter().rev() {
@@ -117,7 +117,7 @@ fn replaced(texts: &Texts, paths: &[PathBuf], edits: &[(Span, String)]) -> Texts
     changed
 }
 
-/// What is wrong with any of the files.
+/// The errors in any of the files.
 fn mistakes(texts: &Texts, paths: &[PathBuf], edits: &[(Span, String)]) -> Vec<String> {
     let path_of = |(span, _): &(Span, String)| paths[span.source.0 as usize].clone();
     let changed: BTreeSet<PathBuf> = edits.iter().map(path_of).collect();
@@ -130,7 +130,7 @@ fn a_symbol_that_is_renamed_everywhere_leaves_every_model_sound() {
     let texts = models();
     let (names, sources, paths) = names_of(&texts);
     let (mut failed, mut n_renamed) = (Vec::new(), 0);
-    // All symbols of one file at a time, each under a new name of its own.
+    // All symbols of one file at a time, each with a new unique name.
     let mut groups: BTreeMap<SourceId, Vec<_>> = BTreeMap::new();
     for (id, symbol) in names.symbols() {
         groups.entry(symbol.declared.source).or_default().push((id, symbol));
@@ -158,7 +158,7 @@ fn a_symbol_that_is_renamed_everywhere_leaves_every_model_sound() {
 
 #[test]
 fn a_name_that_is_not_followed_is_noticed() {
-    // That the test above can fail: each use of a state that is left out breaks something.
+    // Checks that the test above can fail: omitting any use of a state breaks something.
     let texts = models();
     let (names, _, paths) = names_of(&texts);
     let file = paths.iter().position(|path| path.ends_with("mud_circulation.dgd"));

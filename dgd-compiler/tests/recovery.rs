@@ -1,4 +1,4 @@
-//! An item with a syntax error hides only itself: seeded mistakes in every model of the repository.
+//! An item with a syntax error hides only itself: random errors in every model of the repository.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
 use dgd_compiler::source::{Source, SourceId, Sources};
 
-/// A generator of numbers (Marsaglia 2003, xorshift64).
+/// A random number generator (Marsaglia 2003, xorshift64).
 struct Random(u64);
 
 impl Random {
@@ -21,7 +21,7 @@ impl Random {
     }
 }
 
-/// A diagnostic: its code, and the line of the model's own file that it is about.
+/// A diagnostic: its code, and its line in the model's own file.
 type Found = (String, Option<usize>);
 
 fn found(path: &Path, text: &str) -> Vec<Found> {
@@ -61,7 +61,7 @@ fn code(line: &str) -> &str {
     line[..end].trim_end()
 }
 
-/// The line with a mistake that no parser reads over; none where the line has no place for it.
+/// The line with an error that no parser accepts; `None` if the line has no place for it.
 fn unreadable(line: &str, random: &mut Random) -> Option<String> {
     let code = code(line);
     let places: Vec<usize> = code.char_indices().map(|(at, _)| at).collect();
@@ -84,7 +84,7 @@ fn unreadable(line: &str, random: &mut Random) -> Option<String> {
     }
 }
 
-/// The line with a wrong name, a wrong unit, or again a wrong syntax.
+/// The line with a wrong name, a wrong unit, or another syntax error.
 fn wrong(line: &str, random: &mut Random) -> Option<String> {
     let code = code(line);
     match random.below(3) {
@@ -117,7 +117,7 @@ fn a_mistake_of_syntax_hides_few_others_and_makes_up_none() {
     let (mut n_pairs, mut n_found, mut missed) = (0, 0, Vec::new());
     let mut made_up = Vec::new();
     for (path, text) in models() {
-        // Of each model its own, so that a further one leaves those of the others.
+        // A seed for each model, so that a new model does not change the others.
         let name = path.file_name().expect("a name").to_string_lossy();
         let mut random = Random(name.bytes().fold(0x5eed_1234_9876, |seed, byte| {
             (seed ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
@@ -139,7 +139,7 @@ fn a_mistake_of_syntax_hides_few_others_and_makes_up_none() {
             if let Some(other) = first_alone.iter().find(|found| !is_syntax(found)) {
                 made_up.push(format!("{name}:{}: `{broken}` gives {other:?}", first + 1));
             }
-            // Of a second mistake that several places are wrong for, each tells of it.
+            // If several places conflict in a second error, each reports it.
             let second_alone = found(&path, &with_line(&lines, second, &mistake));
             let mut both: Vec<&str> = lines.clone();
             both[first] = &broken;

@@ -1,5 +1,5 @@
-//! How long a model takes to compile, in proportion to what reading it takes: the ratio is that of work to be done, on any
-//! machine and at any load that lasts.
+//! The time to compile a model relative to the time to read it: a ratio of work, independent of the machine and of a
+//! constant load.
 
 use std::fs;
 use std::path::Path;
@@ -11,13 +11,13 @@ use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::imports;
 
-/// How often each is compiled; the fastest counts.
+/// Number of compilations of each model; the fastest is used.
 const TIMES: usize = 7;
-/// Up to this many times of reading, with names and units, may go into equations, switches and events. The models with
-/// the most switches took 20 to 30 while each point of a switch was looked at through hash tables.
+/// Limit on the time for equations, switches and events, as a multiple of that for reading, names and units. The models
+/// with the most switches took 20 to 30 while each point of a switch was evaluated through hash tables.
 const MOST: f64 = 12.0;
 
-/// The times for a model up to its names and units, and from there to its system.
+/// The times for a model up to names and units, and from there to its system.
 fn times(path: &Path) -> [Duration; 2] {
     let begin = Instant::now();
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());

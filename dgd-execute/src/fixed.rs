@@ -1,8 +1,8 @@
 //! Solvers for loaded models of a few unknowns, with their number as a constant.
 //!
-//! The steps of a small model are a few dozen operations on vectors of n numbers. With n known at compile time they
-//! need no loops, bounds checks or heap memory, which removes most of the overhead of a loaded model over a generated
-//! one. The solver is compiled here once for each n of the table in [`run`], not where models are loaded.
+//! The steps of a small model are a few dozen operations on vectors of n numbers. With n constant at compile time they
+//! need no loops, bounds checks or heap memory, which removes most of the overhead of a loaded model compared with a
+//! generated one. The solver is compiled here once for each n of the table in [`run`], not where models are loaded.
 
 use dgd_compiler::program::{FunctionKind, Program};
 use dgd_runtime::integrate::integrate;

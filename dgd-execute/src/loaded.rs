@@ -84,7 +84,7 @@ impl Loaded {
         Self::with_engine(program, Engine::default())
     }
 
-    /// The same with a given engine.
+    /// A system with a given engine.
     pub fn with_engine(program: Program, engine: Engine) -> Self {
         match engine {
             #[cfg(feature = "native")]

@@ -34,11 +34,11 @@ pub(crate) fn expand(
         if k > 0 {
             for (i, recurrence) in series.recurrences.iter().enumerate() {
                 if let Some(recurrence) = recurrence {
-                    let own = series.kept[i];
+                    let kept = series.kept[i];
                     now[i] =
-                        continued(*recurrence, own, Values { series, fixed, now }, k, expansion);
-                    if let Some(own) = own {
-                        taylor::keep(&mut expansion.kept[own], k, now[i]);
+                        continued(*recurrence, kept, Values { series, fixed, now }, k, expansion);
+                    if let Some(kept) = kept {
+                        taylor::keep(&mut expansion.kept[kept], k, now[i]);
                     }
                 }
             }

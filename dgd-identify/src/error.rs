@@ -1,4 +1,4 @@
-//! Why a fit, or one of its trials, failed.
+//! Errors of a fit and of its trials.
 
 use std::fmt;
 
@@ -16,64 +16,64 @@ use crate::regression::RegressionError;
 pub struct TrialFailed {
     /// Position of the recording, from 0.
     pub recording: usize,
-    /// What happened.
+    /// The cause.
     pub reason: TrialFailure,
 }
 
-/// Why a recording could not be simulated.
+/// The reason why a recording could not be simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TrialFailure {
     /// The simulation stopped.
     Simulation(IntegrateError),
-    /// The linear model that was asked for cannot be had.
+    /// The requested linear model does not exist.
     NotLinearised(Box<NotLinearised>),
-    /// A simulated output is not a finite number where it was measured.
+    /// A simulated output is not finite at a reading.
     OutputNotFinite {
         /// The output.
         output: String,
         /// The time, s.
         t: f64,
     },
-    /// The standard deviation of an output is not a positive number where it was measured.
+    /// The standard deviation of an output is not a positive number at a reading.
     Deviation {
         /// The output.
         output: String,
         /// The time, s.
         t: f64,
-        /// What it is, SI.
+        /// Its value, SI.
         sigma: f64,
     },
-    /// An output whose logarithm is compared is not above zero where it was measured.
+    /// An output whose logarithm is compared is not positive at a reading.
     Logarithm {
         /// The output.
         output: String,
         /// The time, s.
         t: f64,
-        /// What it is, SI.
+        /// Its value, SI.
         value: f64,
     },
-    /// Derivatives are not defined.
+    /// Derivatives are undefined.
     NoSensitivity {
-        /// The equation to blame, or the model.
+        /// The first such equation, or the model.
         equation: String,
         /// The time, s.
         t: f64,
     },
 }
 
-/// More or fewer values than the model, the recordings or the problem need.
+/// A wrong number of values, compared with the model, the recordings or the problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WrongLength {
-    /// Of what, as `values of parameters`.
+    /// Kind of the values, such as `values of parameters`.
     pub what: &'static str,
-    /// How many are given.
+    /// Number of values given.
     pub given: usize,
-    /// How many are needed.
+    /// Number of values needed.
     pub expected: usize,
 }
 
 impl WrongLength {
-    /// Verifies that as many are given as are needed.
+    /// Checks that the number of values given is the number needed.
     pub(crate) fn verify(what: &'static str, given: usize, expected: usize) -> Result<(), Self> {
         if given == expected { Ok(()) } else { Err(WrongLength { what, given, expected }) }
     }
@@ -104,7 +104,7 @@ impl From<WrongLength> for RegressionError {
     }
 }
 
-/// Verifies what all estimators are given.
+/// Checks the lengths of the arguments that all estimators have in common.
 pub(crate) fn verify_lengths(
     signature: &Signature,
     p: &[f64],
@@ -125,27 +125,27 @@ pub(crate) fn verify_lengths(
     Ok(())
 }
 
-/// Why a reading cannot be what the noise of its output says.
+/// The reason why a reading contradicts the noise of its output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WrongReading {
-    /// It is log-normal and not above zero: this, SI.
+    /// It is log-normal but not positive, with this value, SI.
     NotPositive(f64),
-    /// Its own standard deviation is not a positive number: this, SI.
+    /// Its own standard deviation is not a positive number but this, SI.
     Deviation(f64),
 }
 
-/// Why the fit failed.
+/// The reason why a fit failed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EstimateError {
     /// Something has a wrong length.
     Length(WrongLength),
     /// No parameter and no start value is free.
     NothingFree,
-    /// No sample of an output in use counts.
+    /// No used output has a reading that counts.
     NothingMeasured,
     /// Fewer samples than unknowns.
     TooFewSamples {
-        /// Samples that count, of all outputs in use.
+        /// Samples that count, of all used outputs.
         samples: usize,
         /// Free parameters and start values.
         free: usize,
@@ -157,39 +157,39 @@ pub enum EstimateError {
         /// Its standard deviation, SI.
         sigma: f64,
     },
-    /// A loss other than squares is asked for, and an output says how its readings are distributed.
+    /// A loss other than squares is requested, but an output declares the distribution of its readings.
     LossOfDensity {
         /// The output.
         output: String,
     },
-    /// A reading that cannot be what the output's noise says.
+    /// A reading contradicts the noise of its output.
     Reading {
         /// The output.
         output: String,
         /// Position of the recording, from 0.
         recording: usize,
-        /// Its time, s.
+        /// Time of the reading, s.
         t: f64,
-        /// What is wrong.
+        /// The contradiction.
         wrong: WrongReading,
     },
-    /// The logarithm of a parameter is to be estimated, and its value has none.
+    /// The logarithm of a parameter is to be estimated, but its value is not positive.
     NotPositive {
         /// The parameter.
         parameter: String,
         /// Its value, SI.
         value: f64,
     },
-    /// The model cannot be simulated at the parameters that the fit starts from.
+    /// The model cannot be simulated at the starting point of the fit.
     Start(TrialFailed),
-    /// The model cannot be filtered, which innovations need.
+    /// The model cannot be filtered, as innovations require.
     NotFiltered(Box<FilterError>),
-    /// It was stopped before there was anything to give.
+    /// It was stopped before it had a result.
     Stopped,
 }
 
 impl EstimateError {
-    /// Whether somebody stopped it, before there was anything to give.
+    /// Whether it was stopped before it had a result.
     pub fn is_stopped(&self) -> bool {
         match self {
             Self::Stopped => true,

@@ -1,12 +1,11 @@
-//! Results of long computations, kept so that a run that was ended goes on where it was.
+//! Results of long computations, stored so that an interrupted run can continue.
 //!
-//! Each result is a function of its key, to the last bit: whoever looks it up ends
-//! with what computing it again would give.
+//! Each result is a bit-exact function of its key: looking it up gives the same result as computing it again.
 //!
 //! ```text
-//!   key = digest of all arguments          Digest, of what `{:?}` prints: numbers to their last bit
+//!   key = digest of all arguments          Digest of their `{:?}` output, in which numbers are exact
 //!   journal has the key?  yes: read it     Kept::read
-//!                         no:  compute it, keep it    Kept::write
+//!                         no:  compute and store it    Kept::write
 //! ```
 
 use std::convert::Infallible;
@@ -16,21 +15,21 @@ use dgd_runtime::Direction;
 
 use crate::{Bound, Estimate};
 
-/// Where results are kept.
+/// A store of results.
 pub trait Journal: fmt::Debug + Sync {
-    /// What was kept under this key.
+    /// The result stored under this key.
     fn find(&self, key: u128) -> Option<Vec<u8>>;
 
-    /// Keeps a result. It may be lost; what is found is whole.
+    /// Stores a result. It may be lost, but a result that is found is complete.
     fn keep(&self, key: u128, result: &[u8]);
 
-    /// Whether anything is ever kept: keys need not be made where nothing is.
+    /// Whether it ever stores anything; if not, keys need not be computed.
     fn is_of_use(&self) -> bool {
         true
     }
 }
 
-/// Keeps nothing.
+/// A journal that stores nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Forgetful;
 
@@ -46,36 +45,36 @@ impl Journal for Forgetful {
     }
 }
 
-/// A journal, and what its results are functions of besides what their keys say.
+/// A journal, and the arguments of all its results that are not in their keys.
 #[derive(Debug, Clone, Copy)]
 pub struct Keeping<'a> {
-    /// Where they are kept.
+    /// The store.
     pub journal: &'a dyn Journal,
-    /// Of all that those who compute do not see themselves, such as the text of a model.
+    /// Digest of arguments outside of the computation, such as the text of a model.
     pub of: Digest,
 }
 
 impl Keeping<'_> {
-    /// Nothing is kept.
+    /// A journal that stores nothing.
     pub const NOTHING: Keeping<'static> = Keeping { journal: &Forgetful, of: Digest::EMPTY };
 
-    /// The digest of further arguments after what is known, or none where nothing is kept.
+    /// The digest of further arguments appended to the common ones; `None` if nothing is stored.
     pub fn digest(&self, arguments: impl FnOnce(Digest) -> Digest) -> Option<Digest> {
         self.journal.is_of_use().then(|| arguments(self.of))
     }
 }
 
-/// The result under a key, or else that of computing it, which then is kept.
+/// The result under a key; computed and stored if it is not there.
 pub fn kept<T: Kept>(journal: &dyn Journal, key: u128, compute: impl FnOnce() -> T) -> T {
     let computed = kept_success(journal, key, || Ok::<T, Infallible>(compute()));
     computed.unwrap_or_else(|never| match never {})
 }
 
-/// The same of what may fail: a failure is not kept.
+/// [`kept`] for computations that may fail: failures are not stored.
 ///
 /// # Errors
 ///
-/// That of computing it.
+/// That of the computation.
 pub fn kept_success<T: Kept, E>(
     journal: &dyn Journal,
     key: u128,
@@ -95,7 +94,7 @@ pub fn kept_success<T: Kept, E>(
     Ok(result)
 }
 
-/// A digest of bytes that is the same on all machines: FNV-1a with 128 bits.
+/// A platform-independent digest of bytes: 128-bit FNV-1a.
 ///
 /// # Source
 ///
@@ -104,12 +103,12 @@ pub fn kept_success<T: Kept, E>(
 pub struct Digest(u128);
 
 impl Digest {
-    /// That of nothing.
+    /// The digest of no bytes.
     pub const EMPTY: Self = Self(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d);
 
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
 
-    /// That of these bytes after those before.
+    /// The digest with these bytes appended.
     #[must_use]
     pub fn bytes(mut self, bytes: &[u8]) -> Self {
         for byte in bytes {
@@ -118,10 +117,10 @@ impl Digest {
         self
     }
 
-    /// That of what `{:?}` prints of a value, which tells all finite numbers apart, and of an end behind it.
+    /// The digest with the `{:?}` output of a value, which distinguishes all finite numbers, and a terminator appended.
     #[must_use]
     pub fn of(mut self, value: &dyn fmt::Debug) -> Self {
-        // A digest takes all that is written to it.
+        // Writing to a digest cannot fail.
         let _ = write!(self, "{value:?}");
         self.bytes(&[0])
     }
@@ -139,16 +138,16 @@ impl fmt::Write for Digest {
     }
 }
 
-/// What can be kept, to the last bit.
+/// Values that can be stored bit-exactly.
 pub trait Kept: Sized {
-    /// Adds its bytes.
+    /// Appends its bytes.
     fn write(&self, bytes: &mut Vec<u8>);
 
-    /// Takes it from the beginning of the bytes; `None` where they are something else.
+    /// Reads it from the beginning of the bytes; `None` if they are invalid.
     fn read(bytes: &mut &[u8]) -> Option<Self>;
 }
 
-/// Makes a struct what can be kept, of which all fields can be: `keep_by_fields!(Point { x, y })`.
+/// Implements [`Kept`] for a struct whose fields all do: `keep_by_fields!(Point { x, y })`.
 #[macro_export]
 macro_rules! keep_by_fields {
     ($of:ty { $($field:ident),+ }) => {
@@ -264,12 +263,12 @@ impl<T: Kept> Kept for Vec<T> {
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
         let length = usize::read(bytes)?;
-        // No more is reserved than can be there: each takes a byte at least.
-        let mut all = Vec::with_capacity(length.min(bytes.len()));
+        // Reserves no more than possible: each element takes at least one byte.
+        let mut values = Vec::with_capacity(length.min(bytes.len()));
         for _ in 0..length {
-            all.push(T::read(bytes)?);
+            values.push(T::read(bytes)?);
         }
-        Some(all)
+        Some(values)
     }
 }
 
@@ -292,8 +291,8 @@ impl<T: Kept, const N: usize> Kept for [T; N] {
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
-        let all: Option<Vec<T>> = (0..N).map(|_| T::read(bytes)).collect();
-        all?.try_into().ok()
+        let values: Option<Vec<T>> = (0..N).map(|_| T::read(bytes)).collect();
+        values?.try_into().ok()
     }
 }
 
@@ -336,7 +335,7 @@ mod tests {
             Digest::EMPTY.bytes(b"foobar").value(),
             0x343e_1662_793c_64bf_6f0d_3597_ba44_6f18
         );
-        // Neighbours of one value do not run into each other.
+        // Adjacent values do not merge.
         let of = |a: &str, b: &str| Digest::EMPTY.of(&a).of(&b);
         assert_ne!(of("ab", "c"), of("a", "bc"));
         let (one, next) = (1.0_f64, 1.0_f64.next_up());

@@ -1,7 +1,7 @@
-//! Parameters and start values from recordings.
+//! Estimates parameters and start values from recordings.
 //!
-//! A model, recordings and how certain they are come in; estimates, their intervals and what the data does
-//! not determine come out. [`fit`] simulates, [`filter`] goes row by row, [`regression`] does neither.
+//! The input is a model, recordings and their noise; the results are estimates, their intervals, and undetermined
+//! combinations. [`fit`] simulates, [`filter`] works row by row, [`regression`] does neither.
 //!
 //! ```text
 //!   θ = (parameters, start values of each recording)
@@ -9,19 +9,19 @@
 //!   minimise  Σ_r Σ_outputs Σ_samples (e / σ)²  +  Σ_priors ((p − mean) / std)²
 //! ```
 //!
-//! | file or folder | holds |
+//! | file or folder | contents |
 //! |---|---|
-//! | `recording` | an experiment; its simulation and what its samples add to the normal equations |
-//! | `variables` | from θ to variables of the order of 1, with bounds |
-//! | `noise` | σ of each output, given, from the residuals or computed; what an error adds |
+//! | `recording` | an experiment; its simulation and the contribution of its samples to the normal equations |
+//! | `variables` | transforms θ to variables of the order of 1, with bounds |
+//! | `noise` | σ of each output: given, estimated from residuals or computed; loss functions |
 //! | `minimise` | a trust region within bounds, and the simplex method |
 //! | `output_error` | fits that simulate |
-//! | `regression` | equations and outputs in which all else is known: least squares, recursive too |
-//! | `inversion` | what an equation lacks, where all that it reads was measured |
-//! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
-//! | `uncertainty`, `intervals` | covariances; profiles and resampled data; which samples determine what; how far parts are apart |
-//! | `progress` | who looks on, and may stop it |
-//! | `journal` | results kept, so that a run that was ended goes on where it was |
+//! | `regression` | equations and outputs with only unknown parameters: least squares, also recursive |
+//! | `inversion` | the missing term of an equation whose other quantities were measured |
+//! | `filter` | states and parameters as samples arrive, and by the likelihood of innovations |
+//! | `uncertainty`, `intervals` | covariances; profiles and resampled data; informative samples; spread between parts |
+//! | `progress` | progress and cancellation |
+//! | `journal` | stored results, so that an interrupted run can continue |
 //! | `random` | deviates from random bits |
 
 mod error;

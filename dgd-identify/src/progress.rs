@@ -1,47 +1,47 @@
-//! Who looks on while something long is estimated, and may end it.
+//! Progress and cancellation of long estimations.
 
 use std::fmt;
 
 use dgd_runtime::Watched;
 
-/// Looks on while something long is computed, and says when to stop.
+/// Receives progress of a long computation, and can cancel it.
 ///
-/// A stopped computation gives the best it has, marked as such: [`Termination::Stopped`](super::Termination).
+/// A cancelled computation returns its best result, marked with [`Termination::Stopped`](super::Termination).
 pub trait Watch: fmt::Debug + Sync {
-    /// So much is done. It is called between simulations, by any thread.
+    /// Reports progress. Called between simulations, by any thread.
     fn advanced(&self, progress: Progress);
 
-    /// Whether to stop. It is asked between simulations, by any thread; once it is said it stays.
+    /// Whether to stop. Called between simulations, by any thread; once true it stays true.
     fn is_stopped(&self) -> bool;
 
-    /// What runs look at before each step, where who looks on can stop them there; it is stopped when and only when
+    /// A flag that runs check before each step, if cancellation is possible there; it is set if and only if
     /// [`Watch::is_stopped`].
     fn watched(&self) -> Option<&'static Watched> {
         None
     }
 }
 
-/// How far a computation is.
+/// Progress of a computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// What is counted, in the plural.
+    /// The counted items, in the plural.
     pub what: &'static str,
-    /// How many are done.
+    /// Number of items done.
     pub done: usize,
-    /// How many there will be.
+    /// Total number of items.
     pub of: Of,
 }
 
-/// How many there will be.
+/// The total number of items.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
-    /// So many.
+    /// An exact number.
     Exactly(usize),
-    /// No more than so many, and often far fewer.
+    /// An upper limit, often far too high.
     AtMost(usize),
 }
 
-/// Nobody looks on, and nothing is stopped.
+/// Ignores progress and never cancels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unwatched;
 

@@ -4,17 +4,17 @@
 pub(super) struct Uniform<G>(pub G);
 
 impl<G: FnMut() -> u64> Uniform<G> {
-    /// In (0, 1].
+    /// A number in (0, 1].
     pub(super) fn next(&mut self) -> f64 {
         (((self.0)() >> 11) + 1) as f64 / (1u64 << 53) as f64
     }
 
-    /// One of 0 … n − 1.
+    /// A number from 0 to n − 1.
     pub(super) fn below(&mut self, n: usize) -> usize {
         (((self.next() - f64::EPSILON) * n as f64).max(0.0) as usize).min(n - 1)
     }
 
-    /// A normal deviate by Box and Muller.
+    /// A normal deviate by the Box–Muller method.
     pub(super) fn normal(&mut self) -> f64 {
         let radius = (-2.0 * self.next().ln()).sqrt();
         radius * (std::f64::consts::TAU * self.next()).cos()

@@ -1,4 +1,4 @@
-//! One experiment: its simulation, and what its samples add to the normal equations.
+//! One experiment: its simulation, and the contribution of its samples to the normal equations.
 
 use dgd_runtime::for_identify::can_stream;
 use dgd_runtime::linearize::LinearAt;
@@ -15,28 +15,27 @@ use crate::output_error::linearised;
 /// One experiment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Sample times, s, ascending; one that occurs twice means just before and just after a jump of
-    /// the inputs.
+    /// Sample times, s, ascending; two equal times are just before and just after a jump of the inputs.
     pub times: Vec<f64>,
-    /// What drove the system.
+    /// The inputs.
     pub inputs: Inputs,
-    /// For each output of the model, its samples in SI, one for each time and NaN where there is
-    /// none; `None` for an output that was not measured.
+    /// For each output of the model, its samples in SI, one for each time and NaN where missing; `None` for an output
+    /// that was not measured.
     pub measured: Vec<Option<Vec<f64>>>,
-    /// For each output of the model, the standard deviations of its samples in SI, one for each time, where they were
-    /// recorded; shorter, as nothing is, where none were.
+    /// For each output of the model, the recorded standard deviations of its samples in SI, one for each time; may be
+    /// shorter or empty if none were recorded.
     pub deviations: Vec<Option<Vec<f64>>>,
-    /// Start values that replace the model's, by position of the unknown, SI: first guesses of those
-    /// that are free, given values of the others.
+    /// Start values that replace the model's, by position of the unknown, SI: first guesses of free ones, values of
+    /// fixed ones.
     pub start: Vec<(usize, f64)>,
     /// Samples before this time do not count, s.
     pub counts_from: f64,
-    /// Where the linear model is that stands in for the model; `None` for the model itself.
+    /// The operating point of the linear model that replaces the model; `None` for the model itself.
     pub linear: Option<LinearAt>,
 }
 
 impl Recording {
-    /// A recording all of whose samples count, with the model's start values.
+    /// A recording whose samples all count, with the model's start values.
     pub fn new(times: Vec<f64>, inputs: Inputs, measured: Vec<Option<Vec<f64>>>) -> Self {
         Self {
             times,
@@ -49,7 +48,7 @@ impl Recording {
         }
     }
 
-    /// The part before a time, all of which counts.
+    /// The part before a time, with all its samples counting.
     #[must_use]
     pub fn head(&self, until: f64) -> Self {
         let len = self.times.partition_point(|t| *t < until);
@@ -82,7 +81,7 @@ impl Recording {
     }
 }
 
-/// How far the simulated samples of an output are from the measured ones.
+/// Errors of the simulated samples of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Misfit {
     /// Samples that count.
@@ -107,7 +106,7 @@ impl std::iter::Sum for Misfit {
     }
 }
 
-/// Whether derivatives are wanted.
+/// Whether derivatives are needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Derivatives {
     /// Outputs only.
@@ -116,9 +115,9 @@ pub enum Derivatives {
     Yes,
 }
 
-/// Outputs at the sample times of a recording, as its sensors would read them.
+/// Outputs at the sample times of a recording, as read by its sensors.
 ///
-/// All estimation sees a model through this function and `simulated_sums`.
+/// All estimation evaluates a model through this function and `simulated_sums`.
 ///
 /// # Errors
 ///
@@ -150,7 +149,7 @@ pub fn outputs_of(
 ///
 /// # Errors
 ///
-/// [`TrialFailure::Simulation`], and [`TrialFailure::NotLinearised`] where [`Recording::linear`] asks for that.
+/// [`TrialFailure::Simulation`], and [`TrialFailure::NotLinearised`] if [`Recording::linear`] requests a linear model.
 pub fn outputs_with_sensitivities(
     system: &dyn Model,
     recording: &Recording,
@@ -166,17 +165,17 @@ pub fn outputs_with_sensitivities(
 pub(crate) struct Column {
     /// Position among the model's directions.
     pub direction: usize,
-    /// ∂θ/∂z: what the variable z changes of the direction θ.
+    /// ∂θ/∂z: derivative of the direction θ with respect to the variable z.
     pub slope: f64,
 }
 
-/// What the samples of one output of one recording add, in the output's SI unit: the weight is the
-/// business of who adds them up.
+/// Contributions of the samples of one output of one recording, in the output's SI unit: the weight is applied when
+/// they are added up.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Sums {
     /// Samples that count.
     pub samples: usize,
-    /// Those of them without defined sensitivities, which add to Σe² only.
+    /// Samples without defined sensitivities, which only add to Σe².
     pub without_sensitivity: usize,
     /// Σ e².
     pub squares: f64,
@@ -184,9 +183,9 @@ pub(crate) struct Sums {
     pub gradient: Vec<f64>,
     /// Σ w (∂e/∂z)(∂e/∂z)ᵀ.
     pub information: Vec<f64>,
-    /// What else there is under a loss that is not squares, of which all w are 1.
+    /// Additional sums under a loss other than squares; for squares, all w are 1.
     pub robust: Option<Robust>,
-    /// What their likelihood is, where that counts: weights are in the sums then.
+    /// Their likelihood, if they contribute by it: the sums are then weighted.
     pub likelihood: Option<Likelihood>,
 }
 
@@ -211,7 +210,7 @@ impl Sums {
         }
     }
 
-    /// Σ σ² ρ(e/σ), which is Σ e² where the loss is squares.
+    /// Σ σ² ρ(e/σ), which is Σ e² for squares.
     pub(crate) fn loss(&self) -> f64 {
         match (&self.robust, &self.likelihood) {
             (Some(robust), _) => robust.loss,
@@ -220,7 +219,7 @@ impl Sums {
         }
     }
 
-    /// What its sums are multiplied by: 1/σ², where that is not in them.
+    /// The factor of its sums: 1/σ², unless they contain it.
     pub(crate) fn weight(&self, sigma: f64) -> f64 {
         if self.likelihood.is_some() { 1.0 } else { 1.0 / (sigma * sigma) }
     }
@@ -291,7 +290,7 @@ pub(crate) fn sums(
     let SumsOf { columns, counting } = of;
     let n_w = observations.n_w;
     let mut slopes = Slopes::of(columns);
-    let mut all = Vec::with_capacity(n_w);
+    let mut sums_of_outputs = Vec::with_capacity(n_w);
     for (output, counting) in counting.iter().copied().enumerate() {
         let mut sums = Sums::zeros(columns.len(), counting);
         for (k, measured) in recording.counted(output) {
@@ -302,9 +301,9 @@ pub(crate) fn sums(
                 return Err(spoilt.failure(output_name(output), recording.times[k]));
             }
         }
-        all.push(sums);
+        sums_of_outputs.push(sums);
     }
-    Ok(all)
+    Ok(sums_of_outputs)
 }
 
 /// ∂w/∂z of one output.
@@ -321,7 +320,7 @@ pub(crate) fn write_slopes(
     }
 }
 
-/// Room for the derivatives of a sample.
+/// Buffers for the derivatives of a sample.
 struct Slopes<'a> {
     columns: &'a [Column],
     of_output: Vec<f64>,
@@ -345,7 +344,7 @@ struct Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// Adds it to the sums of its output, or says what is wrong with it.
+    /// Adds it to the sums of its output, or returns its defect.
     #[inline]
     fn add(
         &self,
@@ -366,10 +365,10 @@ impl Sample<'_> {
             sums.add(e, of_output, counting);
             return None;
         };
-        let seen = Seen { measured, simulated: w[output], sigma: counting.deviation(k, w) };
+        let reading = Seen { measured, simulated: w[output], sigma: counting.deviation(k, w) };
         let shape = counting.shape();
         let spoilt =
-            seen.spoilt(distribution).or_else(|| shape.and_then(|shape| shape.spoilt(seen)));
+            reading.spoilt(distribution).or_else(|| shape.and_then(|shape| shape.spoilt(reading)));
         if spoilt.is_none() {
             if !columns.is_empty() {
                 write_slopes(dw, w.len(), output, columns, of_output);
@@ -381,29 +380,29 @@ impl Sample<'_> {
             }
             let term = match shape {
                 Some(shape) => {
-                    // What σ has of the output is in the scale.
-                    let growth = seen.sigma * shape.growth(seen.simulated);
+                    // The scale accounts for the dependence of σ on the output.
+                    let growth = reading.sigma * shape.growth(reading.simulated);
                     for (of_sigma, of_output) in of_sigma.iter_mut().zip(&*of_output) {
                         *of_sigma -= growth * of_output;
                     }
-                    shape.term(seen, distribution)
+                    shape.term(reading, distribution)
                 }
-                None => seen.term(distribution),
+                None => reading.term(distribution),
             };
-            sums.add_likely(seen, term, distribution, of_output, of_sigma);
+            sums.add_likely(reading, term, distribution, of_output, of_sigma);
         }
         spoilt
     }
 }
 
-/// Of what sums are taken: derivatives to some variables, and how the samples of each output count.
+/// Settings for sums: variables of the derivatives, and contributions of the samples of each output.
 #[derive(Clone, Copy)]
 pub(crate) struct SumsOf<'a> {
     pub(crate) columns: &'a [Column],
     pub(crate) counting: &'a [Counting<'a>],
 }
 
-/// [`sums`] of a simulation, with derivatives; where it can be, each sample is added as it is reached.
+/// [`sums`] of a simulation, with derivatives; if possible, each sample is added as it is reached.
 pub(crate) fn simulated_sums(
     system: &dyn Model,
     recording: &Recording,
@@ -426,16 +425,16 @@ pub(crate) fn simulated_sums(
     }
 }
 
-/// Adds samples while a simulation goes on.
+/// Adds samples during a simulation.
 struct Adding<'a> {
-    /// Measured values of each output, none for one that was not measured.
+    /// Measured values of each output, empty if it was not measured.
     measured: Vec<&'a [f64]>,
     /// Samples before this one do not count.
     first: usize,
     counting: &'a [Counting<'a>],
     slopes: Slopes<'a>,
     sums: Vec<Sums>,
-    /// The first sample that cannot be compared where it was measured, and its output.
+    /// The first measured sample that cannot be compared, and its output.
     spoilt: Option<(usize, usize, Spoilt)>,
 }
 

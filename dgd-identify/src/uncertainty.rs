@@ -1,16 +1,15 @@
-//! What the data says about the estimates, and what it does not.
+//! Covariance of the estimates, and undetermined combinations.
 //!
 //! ```text
 //!   covariance of z:  (JᵀJ)⁻¹        residuals weighted by 1/σ; θ: T (JᵀJ)⁻¹ T,  T = diag(∂θ/∂z)
 //!   rank:             D⁻½ JᵀJ D⁻½ = V Λ Vᵀ,  D = diag(JᵀJ)
 //! ```
 //!
-//! σ is either known or estimated from the residuals; in both cases it is the weight, and the
-//! covariance is not scaled again. Residuals are taken as white: where the model is wrong they are
-//! not, and the true uncertainty is larger.
+//! σ is either known or estimated from the residuals; in both cases it is the weight, and the covariance is not scaled
+//! again. Residuals are taken as white: if the model is wrong they are not, and the true uncertainty is larger.
 //!
-//! Columns of V with λ below a cutoff are combinations of variables that no output sees. A variable
-//! at a bound is taken as known.
+//! Columns of V with λ below a cutoff are combinations of variables that affect no output. A variable at a bound counts
+//! as known.
 
 use dgd_runtime::Direction;
 use nalgebra::{DMatrix, DVector, SVD, SymmetricEigen};
@@ -18,10 +17,10 @@ use nalgebra::{DMatrix, DVector, SVD, SymmetricEigen};
 use crate::keep_by_fields;
 use crate::variables::Bound;
 
-/// A variable takes part in a combination from this share of its squares on.
+/// A variable is part of a combination from this share of its squares on.
 const TAKES_PART: f64 = 1e-4;
 
-/// Terms of a combination below this part of its largest are rounding.
+/// Terms of a combination below this fraction of its largest are rounding errors.
 const NEGLIGIBLE: f64 = 1e-3;
 
 /// An estimated parameter or start value.
@@ -29,19 +28,19 @@ const NEGLIGIBLE: f64 = 1e-3;
 pub struct Estimate {
     /// A parameter by its name, a start value as `x(0)`.
     pub name: String,
-    /// What it is.
+    /// The estimated quantity.
     pub of: Direction,
     /// The recording that a start value belongs to, from 0.
     pub recording: Option<usize>,
     /// Value, SI.
     pub value: f64,
-    /// Standard deviation, SI; `None` at a bound, and where the data does not determine the value.
+    /// Standard deviation, SI; `None` at a bound, and if the data does not determine the value.
     pub std: Option<f64>,
     /// The bound that was reached.
     pub at_bound: Option<Bound>,
 }
 
-/// A part of a combination.
+/// A term of a combination.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Term {
     /// Position among the estimates.
@@ -52,14 +51,14 @@ pub struct Term {
 
 keep_by_fields!(Term { estimate, change });
 
-/// Changes of the estimates that together change no output.
+/// Changes of the estimates that together affect no output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Undetermined {
-    /// What changes, in the order of the estimates.
+    /// The changing estimates, in order.
     pub terms: Vec<Term>,
 }
 
-/// Two estimates that the data hardly tells apart.
+/// Two strongly correlated estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correlated {
     /// Position among the estimates.
@@ -70,23 +69,23 @@ pub struct Correlated {
     pub correlation: f64,
 }
 
-/// Covariance of what is determined, and what is not.
+/// Covariance of determined combinations, and undetermined ones.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Uncertainty {
-    /// For each variable, its place in `covariance`.
+    /// For each variable, its position in `covariance`.
     pub places: Vec<Option<usize>>,
-    /// Of the variables z.
+    /// Covariance of the determined variables z.
     pub covariance: DMatrix<f64>,
-    /// Of all z, what is not determined too: the inverse of JᵀJ over the combinations that are seen.
+    /// Covariance of all z, including undetermined ones: the inverse of JᵀJ over the determined combinations.
     pub seen: DMatrix<f64>,
     pub undetermined: Vec<Undetermined>,
-    /// Of each z, (H⁻¹)ᵢᵢ over its variance: 1 where errors are weighted as they scatter.
+    /// For each z, (H⁻¹)ᵢᵢ over its variance: 1 if errors are weighted according to their scatter.
     pub worth: Vec<f64>,
 }
 
 impl Uncertainty {
-    /// H⁻¹ G H⁻¹ for H⁻¹: the scatter of what minimises a sum with the curvature H and a gradient that
-    /// scatters by G.
+    /// Replaces H⁻¹ by H⁻¹ G H⁻¹: the covariance of the minimum of a sum with the curvature H and a gradient with the
+    /// covariance G.
     pub(super) fn with_influence(mut self, g: &DMatrix<f64>) -> Self {
         let sandwich = &self.seen * g * &self.seen;
         for (i, worth) in self.worth.iter_mut().enumerate() {
@@ -105,7 +104,7 @@ impl Uncertainty {
         self
     }
 
-    /// Says no more how sure estimates are.
+    /// Drops the standard errors.
     pub(super) fn forget(&mut self, estimates: &mut [Estimate]) {
         for estimate in estimates {
             estimate.std = None;
@@ -113,58 +112,58 @@ impl Uncertainty {
         self.places.fill(None);
     }
 
-    /// `held` variables are taken as known; eigenvalues up to `cutoff` times the largest are zero.
+    /// `held` variables count as known; eigenvalues up to `cutoff` times the largest are zero.
     pub(super) fn new(information: &DMatrix<f64>, held: &[bool], cutoff: f64) -> Self {
         let n = held.len();
         let mut undetermined = Vec::new();
-        let mut seen = Vec::new();
+        let mut kept = Vec::new();
         for i in (0..n).filter(|i| !held[*i]) {
             if information[(i, i)] > 0.0 && information[(i, i)].is_finite() {
-                seen.push(i);
+                kept.push(i);
             } else {
                 let terms = vec![Term { estimate: i, change: 1.0 }];
                 undetermined.push(Undetermined { terms });
             }
         }
-        let size = DVector::from_fn(seen.len(), |i, _| information[(seen[i], seen[i])].sqrt());
-        let scaled = DMatrix::from_fn(seen.len(), seen.len(), |i, j| {
-            information[(seen[i], seen[j])] / (size[i] * size[j])
+        let size = DVector::from_fn(kept.len(), |i, _| information[(kept[i], kept[i])].sqrt());
+        let scaled = DMatrix::from_fn(kept.len(), kept.len(), |i, j| {
+            information[(kept[i], kept[j])] / (size[i] * size[j])
         });
         let (vectors, values) = eigen(scaled);
-        Self::from_spectrum(n, &seen, &size, &vectors, &values, cutoff, undetermined)
+        Self::from_spectrum(n, &kept, &size, &vectors, &values, cutoff, undetermined)
     }
 
-    /// From R of the weighted residuals' Jacobian, JᵀJ = RᵀR, whose singular values keep the digits
-    /// that its square has lost. Those up to `cutoff` times the largest are zero.
+    /// From R of the weighted residuals' Jacobian, JᵀJ = RᵀR, whose singular values keep the digits that its square has
+    /// lost. Those up to `cutoff` times the largest are zero.
     pub(super) fn of_triangle(r: &DMatrix<f64>, held: &[bool], cutoff: f64) -> Self {
         let n = held.len();
         let mut undetermined = Vec::new();
-        let mut seen = Vec::new();
+        let mut kept = Vec::new();
         for i in (0..n).filter(|i| !held[*i]) {
             if r.column(i).norm() > 0.0 {
-                seen.push(i);
+                kept.push(i);
             } else {
                 let terms = vec![Term { estimate: i, change: 1.0 }];
                 undetermined.push(Undetermined { terms });
             }
         }
-        let size = DVector::from_fn(seen.len(), |i, _| r.column(seen[i]).norm());
-        let mut scaled = r.select_columns(&seen);
+        let size = DVector::from_fn(kept.len(), |i, _| r.column(kept[i]).norm());
+        let mut scaled = r.select_columns(&kept);
         for (j, size) in size.iter().enumerate() {
             scaled.column_mut(j).unscale_mut(*size);
         }
         let (mut vectors, mut values) = (DMatrix::zeros(0, 0), DVector::zeros(0));
-        if !seen.is_empty()
+        if !kept.is_empty()
             && let SVD { v_t: Some(v_t), singular_values, .. } = scaled.svd(false, true)
         {
             vectors = v_t.transpose();
             values = singular_values.map(|value| value * value);
         }
-        Self::from_spectrum(n, &seen, &size, &vectors, &values, cutoff * cutoff, undetermined)
+        Self::from_spectrum(n, &kept, &size, &vectors, &values, cutoff * cutoff, undetermined)
     }
 
-    /// From the eigenvectors and eigenvalues of the scaled information matrix over what is `seen`, and
-    /// what is not.
+    /// From the eigenvectors and eigenvalues of the scaled information matrix over the `seen` combinations, and the
+    /// undetermined ones.
     fn from_spectrum(
         n: usize,
         seen: &[usize],
@@ -205,22 +204,22 @@ impl Uncertainty {
         let covariance = DMatrix::from_fn(determined.len(), determined.len(), |a, b| {
             inverse(determined[a], determined[b])
         });
-        let mut all = DMatrix::zeros(n, n);
+        let mut full = DMatrix::zeros(n, n);
         for (a, i) in seen.iter().enumerate() {
             for (b, j) in seen.iter().enumerate() {
-                all[(*i, *j)] = inverse(a, b);
+                full[(*i, *j)] = inverse(a, b);
             }
         }
-        Self { places, covariance, seen: all, undetermined, worth: vec![1.0; n] }
+        Self { places, covariance, seen: full, undetermined, worth: vec![1.0; n] }
     }
 
-    /// Covariance of two variables, where both are determined.
+    /// Covariance of two variables, if both are determined.
     pub(super) fn covariance(&self, i: usize, j: usize) -> Option<f64> {
         Some(self.covariance[(self.places[i]?, self.places[j]?)])
     }
 }
 
-/// Eigenvectors and eigenvalues; all zero where there are none, so that nothing is determined.
+/// Eigenvectors and eigenvalues; zeros if they do not exist, so that nothing is determined.
 fn eigen(matrix: DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
     let n = matrix.nrows();
     if n > 0
@@ -232,8 +231,7 @@ fn eigen(matrix: DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
     (DMatrix::identity(n, n), DVector::zeros(n))
 }
 
-/// Gauss–Jordan with full pivoting: a basis of the same space in which each row has a variable for
-/// itself.
+/// Gauss–Jordan elimination with full pivoting: a basis of the same space in which each row has a variable of its own.
 fn make_sparse(rows: &mut DMatrix<f64>) {
     let mut used = vec![false; rows.ncols()];
     for k in 0..rows.nrows() {

@@ -1,13 +1,13 @@
-//! From what is estimated to variables of the order of 1, and back.
+//! Transforms estimated quantities to variables of the order of 1, and back.
 //!
-//! | of θ | variable z | bounds |
+//! | θ | variable z | bounds |
 //! |---|---|---|
 //! | a parameter | p / size | the model's, over size |
 //! | a parameter with `log` | ln p | logarithms of the model's |
 //! | a start value | y₀ / size | none |
 //!
-//! Parameters are shared by all recordings; each recording has start values of its own. Variables
-//! are in this order: parameters, then the start values of the first recording, of the second, ….
+//! Parameters are shared by all recordings; each recording has start values of its own. Variables are in this order:
+//! parameters, then the start values of the first recording, of the second, ….
 
 use dgd_runtime::for_identify::{parameter_size, start_values, unknown_sizes};
 use dgd_runtime::model::Model;
@@ -17,7 +17,7 @@ use dgd_runtime::{IntegrateError, Signature};
 use crate::error::{EstimateError, TrialFailed, TrialFailure};
 use crate::recording::{Column, Recording};
 
-/// A step of a search changes what is estimated by its logarithm by no more than this factor.
+/// Limit on the factor by which a step of a search changes a quantity with a logarithmic variable.
 pub(crate) const LARGEST_FACTOR: f64 = 10.0;
 
 /// A bound that an estimate has reached.
@@ -32,14 +32,14 @@ pub enum Bound {
 /// A variable of the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Variable {
-    /// What it stands for.
+    /// The quantity.
     pub of: Direction,
     /// The recording, for a start value.
     pub recording: Option<usize>,
     /// Position among the model's directions.
     direction: usize,
     pub scale: Scale,
-    /// Bounds of what it stands for, SI.
+    /// Bounds of the quantity, SI.
     lower: f64,
     upper: f64,
 }
@@ -59,11 +59,11 @@ impl Variable {
             Scale::Linear(size) => z * size,
             Scale::Logarithm => z.exp(),
         };
-        // A bound is met exactly, in spite of rounding.
+        // Snaps to the bound in spite of rounding errors.
         value.clamp(self.lower, self.upper)
     }
 
-    /// z, of a value in SI.
+    /// z of a value in SI.
     pub(crate) fn variable(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear(size) => value / size,
@@ -79,7 +79,7 @@ impl Variable {
         }
     }
 
-    /// How far a step of a search goes at most.
+    /// Limit on a step of a search.
     pub(crate) fn reach(&self) -> f64 {
         match self.scale {
             Scale::Linear(_) => f64::INFINITY,
@@ -112,14 +112,14 @@ impl Variable {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Variables {
     pub all: Vec<Variable>,
-    /// The first so many are parameters.
+    /// Number of leading variables that are parameters.
     pub n_shared: usize,
-    /// Start values of each recording.
+    /// Number of start values of each recording.
     pub n_start: usize,
 }
 
 impl Variables {
-    /// Variables for the free directions, and their first values.
+    /// Variables for the free directions, and their initial values.
     pub(crate) fn new(
         system: &dyn Model,
         p: &[f64],
@@ -177,17 +177,17 @@ impl Variables {
         self.all.len()
     }
 
-    /// How far a step goes at most in each.
+    /// Limit on a step in each.
     pub(crate) fn reach(&self) -> Vec<f64> {
         self.all.iter().map(Variable::reach).collect()
     }
 
-    /// How many are not at a bound: so many degrees of freedom they take.
+    /// Number of variables that are not at a bound, the degrees of freedom that they use.
     pub(crate) fn unheld(&self, z: &[f64]) -> usize {
         self.all.iter().zip(z).filter(|(variable, z)| variable.bound(**z).is_none()).count()
     }
 
-    /// Position of the variable that stands for a parameter, if it is free.
+    /// Position of the variable of a parameter, if it is free.
     pub(crate) fn parameter(&self, i: usize) -> Option<usize> {
         self.all.iter().position(|variable| variable.of == Direction::Parameter(i))
     }
@@ -205,7 +205,7 @@ impl Variables {
             .collect()
     }
 
-    /// All parameters, those that are not free as given.
+    /// All parameters; fixed ones as given.
     pub(crate) fn parameters(&self, p: &[f64], z: &[f64]) -> Vec<f64> {
         let mut p = p.to_vec();
         for (variable, z) in self.all.iter().zip(z) {
@@ -223,9 +223,9 @@ impl Variables {
         given: &[(usize, f64)],
         z: &[f64],
     ) -> Vec<(usize, f64)> {
-        let own = self.n_shared + recording * self.n_start;
+        let first = self.n_shared + recording * self.n_start;
         let mut starts = given.to_vec();
-        for (variable, z) in self.all.iter().zip(z).skip(own).take(self.n_start) {
+        for (variable, z) in self.all.iter().zip(z).skip(first).take(self.n_start) {
             if let Direction::Start(i) = variable.of {
                 starts.retain(|(unknown, _)| *unknown != i);
                 starts.push((i, variable.value(*z)));
@@ -234,7 +234,7 @@ impl Variables {
         starts
     }
 
-    /// What a variable is called: a parameter by its name, a start value as `x(0)`.
+    /// Name of a variable: that of a parameter, or `x(0)` for a start value.
     pub(crate) fn name(&self, signature: &Signature, i: usize) -> String {
         signature.direction_name(self.all[i].direction).into_owned()
     }
@@ -254,7 +254,7 @@ pub(crate) fn first_start(
     let problem =
         Problem { system: &system, p, inputs: &recording.inputs, start: &recording.start };
     let z = discrete_numbers(&system, p, t);
-    let at = Point { t, y: &[], u: u.as_ref(), p, z: &z };
-    start_values(&problem, at, &mut y).map_err(failed)?;
+    let point = Point { t, y: &[], u: u.as_ref(), p, z: &z };
+    start_values(&problem, point, &mut y).map_err(failed)?;
     Ok(y)
 }

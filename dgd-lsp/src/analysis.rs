@@ -54,13 +54,13 @@ pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
         if !is_sound {
             further_mistakes(&asts, &holes, &options, &mut diagnostics);
         }
-        let mut own = Diagnostics::default();
-        model = resolve_noting(&asts, &options, Some(&mut dimensions), &mut own).ok();
+        let mut problems = Diagnostics::default();
+        model = resolve_noting(&asts, &options, Some(&mut dimensions), &mut problems).ok();
         if let Some(model) = model.as_ref().filter(|_| is_sound) {
-            let _: Result<_, Reported> = assemble(model, &mut own);
+            let _: Result<_, Reported> = assemble(model, &mut problems);
         }
         if is_sound {
-            take(&own, &mut diagnostics);
+            take(&problems, &mut diagnostics);
         }
     } else if diagnostics.check().is_ok() {
         library(&asts, &mut sources, &mut dimensions, &mut diagnostics);
@@ -82,16 +82,16 @@ fn library(
     dimensions: &mut BTreeMap<Span, Dimension>,
     diagnostics: &mut Diagnostics,
 ) {
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let main = Source { name: String::new(), text: "model library".to_owned() };
-    let Ok(main) = parse(sources.add(main), sources, &mut own) else { return };
-    let all: Vec<Ast> = std::iter::once(main).chain(asts.iter().cloned()).collect();
+    let Ok(main) = parse(sources.add(main), sources, &mut problems) else { return };
+    let trees: Vec<Ast> = std::iter::once(main).chain(asts.iter().cloned()).collect();
     let _: Result<_, Reported> =
-        resolve_noting(&all, &ModelOptions::default(), Some(dimensions), &mut own);
+        resolve_noting(&trees, &ModelOptions::default(), Some(dimensions), &mut problems);
     // A library does not need the other items that a model must have.
     let is_own =
         |one: &&&Diagnostic| one.labels.first().is_some_and(|l| l.span.source == asts[0].source);
-    for diagnostic in own.sorted().iter().filter(is_own) {
+    for diagnostic in problems.sorted().iter().filter(is_own) {
         diagnostics.error((*diagnostic).clone());
     }
 }

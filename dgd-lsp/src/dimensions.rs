@@ -71,7 +71,7 @@ fn infer(expr: &Expr, sizes: &[&str], known: &mut BTreeMap<Span, Dimension>) {
 
 /// The dimension of an expression from its operands.
 fn of_operands(expr: &Expr, known: &BTreeMap<Span, Dimension>) -> Option<Dimension> {
-    let of = |expr: &Expr| match &expr.kind {
+    let dimension = |expr: &Expr| match &expr.kind {
         // The ends of ranges are not lowered.
         ExprKind::Number { unit: None, .. } => {
             known.get(&expr.span).copied().or(Some(Dimension::ONE))
@@ -79,12 +79,12 @@ fn of_operands(expr: &Expr, known: &BTreeMap<Span, Dimension>) -> Option<Dimensi
         _ => known.get(&expr.span).copied(),
     };
     match &expr.kind {
-        ExprKind::Group(inner) | ExprKind::Negate(inner) => of(inner),
-        ExprKind::Sum(terms) => terms.iter().find_map(|(_, term)| of(term)),
+        ExprKind::Group(inner) | ExprKind::Negate(inner) => dimension(inner),
+        ExprKind::Sum(terms) => terms.iter().find_map(|(_, term)| dimension(term)),
         ExprKind::Product(factors) => {
             factors.iter().try_fold(Dimension::ONE, |product, (how, factor)| match how {
-                Factor::Times => product.times(of(factor)?),
-                Factor::Over => product.over(of(factor)?),
+                Factor::Times => product.times(dimension(factor)?),
+                Factor::Over => product.over(dimension(factor)?),
             })
         }
         _ => None,

@@ -29,7 +29,7 @@ struct Server<'a> {
     connection: &'a Connection,
     files: Files,
     columns: Columns,
-    /// Documents changed since they were analysed, and since their other variants were.
+    /// Documents changed since their last analysis, and since that of their other variants.
     changed: BTreeSet<String>,
     unfinished: BTreeSet<String>,
     analyses: BTreeMap<String, Analysis>,
@@ -74,14 +74,14 @@ fn columns(params: &InitializeParams) -> Columns {
     }
 }
 
-#[allow(deprecated)] // Editors of some years ago say `rootUri` only.
+#[allow(deprecated)] // Editors of some years ago only send `rootUri`.
 fn folders(params: &InitializeParams) -> Vec<String> {
     let folders = params.workspace_folders.iter().flatten().map(|folder| &folder.uri);
-    let mut all: Vec<String> = folders.map(places::path_of).collect();
-    if all.is_empty() {
-        all.extend(params.root_uri.iter().map(places::path_of));
+    let mut paths: Vec<String> = folders.map(places::path_of).collect();
+    if paths.is_empty() {
+        paths.extend(params.root_uri.iter().map(places::path_of));
     }
-    all
+    paths
 }
 
 impl Server<'_> {
@@ -236,10 +236,10 @@ impl Server<'_> {
             self.analyses.remove(path);
             return self.publish(path, vec![answer::crashed()]);
         };
-        let found = answer::diagnostics(&analysis, self.columns);
+        let diagnostics = answer::diagnostics(&analysis, self.columns);
         self.analyses.insert(path.to_owned(), analysis);
         self.unfinished.insert(path.to_owned());
-        self.publish(path, found)
+        self.publish(path, diagnostics)
     }
 
     /// Analyses the other variants of a document, unless a newer message arrives.
@@ -252,8 +252,8 @@ impl Server<'_> {
         match others {
             Ok(Some(others)) => {
                 analysis.add(others);
-                let found = answer::diagnostics(analysis, self.columns);
-                self.publish(&path, found)
+                let diagnostics = answer::diagnostics(analysis, self.columns);
+                self.publish(&path, diagnostics)
             }
             Ok(None) => {
                 self.unfinished.insert(path);

@@ -1,4 +1,4 @@
-//! Messages over a stream. What is not a message is answered with an error, and the next one is found.
+//! Messages over a stream. Invalid data is answered with an error, and reading continues at the next message.
 
 use std::io::{self, BufRead, Read, Write};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,13 +10,13 @@ use serde_json::json;
 
 use crate::{Failure, serve};
 
-/// Most bytes of a message. No text of a model comes near it: a greater length is a mistake.
+/// Limit on the bytes of a message. No model comes near it: a greater length is an error.
 const LARGEST: usize = 64 << 20;
 
-/// Most bytes of a header line that are kept.
+/// Limit on the bytes of a header line that are stored.
 const LONGEST: usize = 8 << 10;
 
-/// The header that each message has, in lower case.
+/// The header of each message, in lower case.
 const LENGTH: &[u8] = b"content-length:";
 
 /// Serves an editor that writes to `input` and reads from `output`.
@@ -59,7 +59,7 @@ fn locked<T>(output: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     output.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Why something is not a message.
+/// The reason why data is not a message.
 struct Mistake {
     code: ErrorCode,
     reason: String,
@@ -70,7 +70,7 @@ impl Mistake {
         Mistake { code, reason: reason.into() }
     }
 
-    /// Answers nobody in particular, as the protocol asks for where no request could be read.
+    /// Writes an error without an id, as the protocol requires if no request could be read.
     fn write(&self, output: &mut impl Write) -> io::Result<()> {
         let error = json!({ "code": self.code as i32, "message": self.reason });
         let text = json!({ "jsonrpc": "2.0", "id": null, "error": error }).to_string();
@@ -87,15 +87,15 @@ fn message(text: &[u8]) -> Result<Message, Mistake> {
     })
 }
 
-/// The texts behind headers.
+/// The bodies of messages.
 struct Frames<R> {
     input: R,
-    /// Whether the next header is being searched for, since the length before it was wrong.
+    /// Whether the next header is being searched for because the previous length was wrong.
     is_lost: bool,
 }
 
 impl<R: BufRead> Frames<R> {
-    /// The next text, or why there is none here; `None` at the end of the stream.
+    /// The next body, or an error; `None` at the end of the stream.
     fn next(&mut self) -> io::Result<Option<Result<Vec<u8>, Mistake>>> {
         let Some(length) = self.length()? else { return Ok(None) };
         let length = match length {
@@ -111,26 +111,26 @@ impl<R: BufRead> Frames<R> {
         Ok((text.len() == length).then_some(Ok(text)))
     }
 
-    /// The length that the next headers give. What stands before them is skipped.
+    /// The length in the next headers. Data before them is skipped.
     fn length(&mut self) -> io::Result<Option<Result<usize, Mistake>>> {
-        let mut found: Option<Result<usize, Mistake>> = None;
+        let mut length: Option<Result<usize, Mistake>> = None;
         let mut line = Vec::new();
         while self.line(&mut line)? {
             let text = line.trim_ascii();
             if let Some(at) = header(text) {
                 let value = String::from_utf8_lossy(&text[at + LENGTH.len()..]).trim().to_owned();
-                found = Some(length_of(&value));
+                length = Some(length_of(&value));
             } else if !text.is_empty() && !text.contains(&b':') && !self.is_lost {
                 let reason = "this is not a header: a message begins with `Content-Length: N`";
                 return Ok(Some(Err(Mistake::new(ErrorCode::ParseError, reason))));
-            } else if text.is_empty() && found.is_some() {
-                return Ok(found);
+            } else if text.is_empty() && length.is_some() {
+                return Ok(length);
             }
         }
         Ok(None)
     }
 
-    /// Reads a line, of a long one its end; whether there is one.
+    /// Reads a line, keeping only the end of a long one; returns whether there is one.
     fn line(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
         line.clear();
         loop {
@@ -144,7 +144,7 @@ impl<R: BufRead> Frames<R> {
     }
 }
 
-/// Where the last header with a length begins in a line: behind a message that was skipped, if need be.
+/// Start of the last header with a length in a line, possibly after a message that was skipped.
 fn header(line: &[u8]) -> Option<usize> {
     let is_header = |at: &usize| line[*at..*at + LENGTH.len()].eq_ignore_ascii_case(LENGTH);
     (0..(line.len() + 1).saturating_sub(LENGTH.len())).rev().find(is_header)
@@ -191,7 +191,7 @@ mod tests {
                 None => format!("answer {}", answer["id"]),
             });
         }
-        // Mistakes are answered by the thread that reads, at once.
+        // The reading thread answers errors immediately.
         all.sort();
         all
     }
@@ -221,7 +221,7 @@ mod tests {
         let deep = "[".repeat(100_000);
         assert_eq!(session(&framed(&deep)), answers("-32700"));
         for length in ["99999999999999", "18446744073709551615", "1e999", "-3", "", "x"] {
-            // With and without a body behind it.
+            // With and without a body after it.
             for body in ["", "{}", "{}\n\nnothing\n"] {
                 let text = format!("Content-Length: {length}\r\n\r\n{body}");
                 assert_eq!(session(&text), answers("-32700"), "{text}");

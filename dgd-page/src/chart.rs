@@ -28,7 +28,7 @@ pub struct LiveCharts {
 }
 
 impl LiveCharts {
-    /// Without figures yet, for a page that has the columns with these keys.
+    /// No figures yet, for a page that has the columns with these keys.
     pub fn new(known: BTreeSet<String>) -> Self {
         LiveCharts { charts: Charts { columns: Columns::beside(known), ..Charts::default() } }
     }
@@ -62,7 +62,7 @@ impl Charts {
         self.add_with(figure, link, caption, true)
     }
 
-    /// The same, optionally without the picture for readers without scripts.
+    /// [`Self::add`], optionally without the picture for readers without scripts.
     fn add_with(
         &mut self,
         figure: &Figure,
@@ -196,8 +196,8 @@ fn write_figure(
         let title = Markup::from(&panel.title);
         let over = if panel.map.is_some() { Markup::text("over ") } else { Markup::default() };
         let unit = over.then(&Markup::from(&panel.y_label));
-        let told = escaped(&panel_in_words(panel));
-        writeln!(text, "<div class=\"panel\" role=\"group\" aria-label=\"{told}\">")?;
+        let description = escaped(&panel_in_words(panel));
+        writeln!(text, "<div class=\"panel\" role=\"group\" aria-label=\"{description}\">")?;
         writeln!(text, "<p class=\"title\">{title} <span class=\"unit\">{unit}</span></p>")?;
         writeln!(text, "<div class=\"plot\"></div>\n<ul class=\"keys\">")?;
         for series in &panel.series {
@@ -218,14 +218,14 @@ fn write_figure(
     writeln!(text, "</div>\n</figure>")
 }
 
-/// A description of the figure, for readers who cannot see it.
+/// A description of the figure for readers who cannot see it.
 fn in_words(figure: &Figure) -> String {
     let title = plain(&figure.title);
     let panels: Vec<String> = figure.panels.iter().map(panel_in_words).collect();
     let series = figure.panels.iter().flat_map(|panel| &panel.series);
     let maps = figure.panels.iter().filter_map(|panel| panel.map.as_ref());
-    let all = series.flat_map(|series| &series.x).chain(maps.flat_map(|map| &map.x));
-    let over = match range(all) {
+    let abscissas = series.flat_map(|series| &series.x).chain(maps.flat_map(|map| &map.x));
+    let over = match range(abscissas) {
         Some((low, high)) => {
             format!("over {} from {} to {}", plain(&figure.x_label), short(low, 4), short(high, 4))
         }

@@ -20,7 +20,7 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
-    /// Columns for a reader who already has these.
+    /// Columns for a reader who already has those with these keys.
     pub(crate) fn beside(known: BTreeSet<String>) -> Self {
         Columns { known: Some(known), ..Columns::default() }
     }
@@ -83,13 +83,13 @@ fn visible(values: &[f64]) -> String {
         if !value.is_finite() {
             return "null".to_owned();
         }
-        let own = decimals(value.abs()).map_or(0, |decimals| decimals + DIGITS - 1);
-        let decimals = own.max(of_range.unwrap_or(own));
+        let needed = decimals(value.abs()).map_or(0, |decimals| decimals + DIGITS - 1);
+        let decimals = needed.max(of_range.unwrap_or(needed));
         if (0..=15).contains(&decimals) && value.abs() < 1e15 {
             trimmed(&format!("{value:.*}", decimals.cast_unsigned() as usize))
         } else {
             // So large or so small that significant digits count.
-            let digits = (DIGITS + decimals - own).clamp(1, 17).cast_unsigned() as usize - 1;
+            let digits = (DIGITS + decimals - needed).clamp(1, 17).cast_unsigned() as usize - 1;
             format!("{value:.digits$e}").parse().map_or_else(|_| "null".to_owned(), shortest)
         }
     };

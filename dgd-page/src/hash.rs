@@ -5,16 +5,16 @@
 
 /// The first 64 primes.
 fn primes() -> [u64; 64] {
-    let mut found = [0; 64];
+    let mut primes = [0; 64];
     let mut n = 2;
     for place in 0..64 {
-        while found[..place].iter().any(|prime| n % prime == 0) {
+        while primes[..place].iter().any(|prime| n % prime == 0) {
             n += 1;
         }
-        found[place] = n;
+        primes[place] = n;
         n += 1;
     }
-    found
+    primes
 }
 
 /// The first 32 fractional bits of r, the `degree`-th root of n.

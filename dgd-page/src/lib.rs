@@ -1,7 +1,7 @@
 //! Self-contained pages for a browser: one design, readable without JavaScript.
 //!
 //! ```text
-//!   Figure of dgd-plot ─ chart ─┬─► SVG: what is read without JavaScript, and printed
+//!   Figure of dgd-plot ─ chart ─┬─► SVG: for reading without JavaScript, and for print
 //!                               └─► columns of numbers ─► curves with zoom and cursors (uPlot)
 //!   text, tables, charts ─ Page ─► one HTML document
 //! ```
@@ -10,10 +10,10 @@
 //! from outside becomes [`Markup`] by escaping, and numbers are data rather than script, so that a name like
 //! `</script>` is just a name. Equal contents give equal bytes.
 //!
-//! A live page, which a program keeps up to date, is made of the same parts: [`LiveCharts`] has the figures,
-//! [`live_assets`] the files that such a page fetches from the program.
+//! A live page, which a program updates, has the same parts: [`LiveCharts`] has the figures, [`live_assets`] the files
+//! that the page fetches from the program.
 //!
-//! Knows names, units and verdicts only as text; writing the file is the caller's business.
+//! Names, units and verdicts are plain text here; the caller writes the file.
 
 mod assets;
 mod chart;

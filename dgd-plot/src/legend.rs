@@ -100,13 +100,13 @@ pub(crate) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
     let first = several.next()?;
     let is_repeated = several.next().is_some_and(|next| next == first);
     let serves_all = panels.iter().all(|panel| {
-        let own = entries(panel);
+        let lines = entries(panel);
         if has_several(panel) {
-            own == first
+            lines == first
         } else if panel.series.is_empty() && panel.envelopes.is_empty() {
             true
         } else {
-            own.first().is_some_and(|entry| first.contains(entry))
+            lines.first().is_some_and(|entry| first.contains(entry))
         }
     });
     (is_repeated && serves_all && !first.is_empty()).then_some(first)

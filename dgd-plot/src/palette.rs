@@ -103,10 +103,10 @@ pub(crate) const LEVELS: usize = 32;
 
 /// The colour of a level, from 0 to one below [`LEVELS`].
 pub(crate) fn of_level(level: usize) -> Colour {
-    let at = level as f64 / (LEVELS - 1) as f64 * (SCALE.len() - 1) as f64;
-    let before = (at.floor() as usize).min(SCALE.len() - 2);
+    let position = level as f64 / (LEVELS - 1) as f64 * (SCALE.len() - 1) as f64;
+    let before = (position.floor() as usize).min(SCALE.len() - 2);
     let (Colour(r0, g0, b0), Colour(r1, g1, b1)) = (SCALE[before], SCALE[before + 1]);
-    let part = at - before as f64;
+    let part = position - before as f64;
     let mixed = |a: u8, b: u8| (f64::from(a) + part * (f64::from(b) - f64::from(a))).round() as u8;
     Colour(mixed(r0, r1), mixed(g0, g1), mixed(b0, b1))
 }

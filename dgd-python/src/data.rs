@@ -1,4 +1,4 @@
-//! Recordings from Python: columns of numbers under a name, or files.
+//! Recordings from Python: named columns of numbers, or files.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 
 use crate::numbers::Numbers;
 
-/// Columns of numbers; `name [unit]` is a header, NaN a missing value.
+/// Columns of numbers; a header is `name [unit]`, a missing value NaN.
 #[pyclass(frozen, module = "dgd._dgd")]
 #[derive(Debug)]
 pub(crate) struct Table {
@@ -18,8 +18,8 @@ pub(crate) struct Table {
 impl Table {
     #[new]
     fn new(columns: Vec<(String, Numbers)>) -> Self {
-        let own = |(header, values): (String, Numbers)| (header, values.0);
-        Table { columns: Columns { all: columns.into_iter().map(own).collect() } }
+        let column = |(header, values): (String, Numbers)| (header, values.0);
+        Table { columns: Columns { all: columns.into_iter().map(column).collect() } }
     }
 
     /// The headers.
@@ -29,10 +29,10 @@ impl Table {
     }
 }
 
-/// A recording: a table with what it is called, or a file.
+/// A recording: a named table, or a file.
 #[derive(FromPyObject)]
 pub(crate) enum Recording {
-    /// What it is called, and the numbers.
+    /// The name, and the numbers.
     #[pyo3(transparent)]
     Table((String, Py<Table>)),
     /// A file.
@@ -41,21 +41,21 @@ pub(crate) enum Recording {
 }
 
 impl Recording {
-    /// Where it is found, after its table was put into these files.
+    /// The path of the recording, after adding its table to these files.
     pub(crate) fn put(self, files: &mut InMemory) -> PathBuf {
         match self {
             Recording::File(path) => path,
             Recording::Table((name, table)) => {
                 let path = PathBuf::from(name);
-                let all = std::mem::take(files);
-                *files = all.with_columns(&path, table.get().columns.clone());
+                let in_memory = std::mem::take(files);
+                *files = in_memory.with_columns(&path, table.get().columns.clone());
                 path
             }
         }
     }
 }
 
-/// Puts recordings into files; where they are found.
+/// Adds recordings to files; returns their paths.
 pub(crate) fn put_all(all: Vec<Recording>, files: &mut InMemory) -> Vec<PathBuf> {
     all.into_iter().map(|recording| recording.put(files)).collect()
 }

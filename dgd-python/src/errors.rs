@@ -1,19 +1,19 @@
-//! From what went wrong to the exceptions of `dgd._errors`, which are written in Python.
+//! Converts errors to the exceptions of `dgd._errors`, which are written in Python.
 
 use dgd_work::{Class, WorkError};
 use pyo3::prelude::*;
 use serde_json::json;
 
-/// What was asked for.
+/// The requested task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Task {
-    /// A model.
+    /// Load a model.
     Load,
-    /// Numbers of a run.
+    /// Simulate.
     Simulate,
-    /// Estimates.
+    /// Estimate.
     Fit,
-    /// What a model lacks.
+    /// Search for missing terms.
     Discover,
 }
 
@@ -27,7 +27,7 @@ impl Task {
         }
     }
 
-    /// Whether it can be stopped with a result.
+    /// Whether it has a result when cancelled.
     pub(crate) fn has_best_so_far(self) -> bool {
         matches!(self, Task::Fit | Task::Discover)
     }
@@ -44,12 +44,12 @@ pub(crate) fn of_work(py: Python<'_>, error: &WorkError, task: Task) -> PyErr {
     made(py, "of_work", (class, task.name(), error.to_string(), mistakes))
 }
 
-/// The exception for a mistake of dgd itself.
+/// The exception for an internal error.
 pub(crate) fn internal(py: Python<'_>, words: &str) -> PyErr {
     made(py, "internal", (words,))
 }
 
-/// The exception for words about usage.
+/// The exception for a usage error.
 pub(crate) fn usage(py: Python<'_>, words: &str) -> PyErr {
     made(py, "of_work", ("usage", "load", words, "[]"))
 }

@@ -1,4 +1,4 @@
-//! Figures as dictionaries: what is drawn and in which colours, for whoever draws.
+//! Figures as dictionaries of data and colours, for any drawing library.
 
 use dgd_plot::{Figure, HeatMap, Panel, Style, scale_of_colours};
 use pyo3::prelude::*;
@@ -22,23 +22,23 @@ fn style(style: Style) -> &'static str {
 
 /// A figure: its title, columns, label of the common axis and panels.
 pub(crate) fn dictionary<'py>(py: Python<'py>, figure: &Figure) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
-    all.set_item("title", figure.title.to_plain())?;
-    all.set_item("columns", figure.columns)?;
-    all.set_item("x_label", figure.x_label.to_plain())?;
+    let dictionary = PyDict::new(py);
+    dictionary.set_item("title", figure.title.to_plain())?;
+    dictionary.set_item("columns", figure.columns)?;
+    dictionary.set_item("x_label", figure.x_label.to_plain())?;
     let panels = PyList::empty(py);
     for one in &figure.panels {
         panels.append(panel(py, one)?)?;
     }
-    all.set_item("panels", panels)?;
-    Ok(all)
+    dictionary.set_item("panels", panels)?;
+    Ok(dictionary)
 }
 
 fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
-    all.set_item("title", panel.title.to_plain())?;
-    all.set_item("y_label", panel.y_label.to_plain())?;
-    all.set_item("bands", panel.bands.iter().map(|b| (b.from, b.to)).collect::<Vec<_>>())?;
+    let dictionary = PyDict::new(py);
+    dictionary.set_item("title", panel.title.to_plain())?;
+    dictionary.set_item("y_label", panel.y_label.to_plain())?;
+    dictionary.set_item("bands", panel.bands.iter().map(|b| (b.from, b.to)).collect::<Vec<_>>())?;
     let many = PyList::empty(py);
     for (series, look) in panel.series.iter().zip(panel.looks()) {
         let one = PyDict::new(py);
@@ -50,7 +50,7 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
         one.set_item("y", Numbers(series.y.clone()))?;
         many.append(one)?;
     }
-    all.set_item("series", many)?;
+    dictionary.set_item("series", many)?;
     let many = PyList::empty(py);
     for (envelope, surface) in panel.envelopes.iter().zip(panel.surfaces()) {
         let one = PyDict::new(py);
@@ -61,20 +61,20 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
         one.set_item("high", Numbers(envelope.high.clone()))?;
         many.append(one)?;
     }
-    all.set_item("envelopes", many)?;
+    dictionary.set_item("envelopes", many)?;
     if let Some(map) = &panel.map {
-        all.set_item("map", cells(py, map)?)?;
+        dictionary.set_item("map", cells(py, map)?)?;
     }
-    Ok(all)
+    Ok(dictionary)
 }
 
-/// A heat map: its axes, a list of values for each place, and the colours from the lowest value to the highest.
+/// A heat map: its axes, a list of values for each position, and the colours from the lowest value to the highest.
 fn cells<'py>(py: Python<'py>, map: &HeatMap) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
-    all.set_item("x", Numbers(map.x.clone()))?;
-    all.set_item("places", Numbers(map.places.clone()))?;
-    all.set_item("values", map.values.iter().cloned().map(Numbers).collect::<Vec<_>>())?;
+    let dictionary = PyDict::new(py);
+    dictionary.set_item("x", Numbers(map.x.clone()))?;
+    dictionary.set_item("places", Numbers(map.places.clone()))?;
+    dictionary.set_item("values", map.values.iter().cloned().map(Numbers).collect::<Vec<_>>())?;
     let colours: Vec<String> = scale_of_colours().into_iter().map(colour).collect();
-    all.set_item("colours", colours)?;
-    Ok(all)
+    dictionary.set_item("colours", colours)?;
+    Ok(dictionary)
 }

@@ -1,4 +1,4 @@
-//! What stands between a call from Python and the work: a thread, signals, panics.
+//! Runs the work of a call from Python: in a thread, with signals, and with panics caught.
 
 use std::any::Any;
 use std::panic::{self, AssertUnwindSafe};
@@ -14,13 +14,13 @@ use crate::errors::{self, Task};
 use crate::observer::Observer;
 use crate::workers;
 
-/// How often a caller who waits looks for signals, and is told how far the work is.
+/// Interval at which a waiting caller checks for signals and shows progress.
 const BETWEEN: Duration = Duration::from_millis(50);
 
-/// Where the last panic was, and what it said.
+/// Place and message of the last panic.
 static PANIC: Mutex<Option<String>> = Mutex::new(None);
 
-/// Has panics say nothing by themselves, unless a backtrace is asked for by `RUST_BACKTRACE`.
+/// Silences panics, unless `RUST_BACKTRACE` requests a backtrace.
 pub(crate) fn hear_panics() {
     let speaks = std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0");
     let before = panic::take_hook();
@@ -46,21 +46,21 @@ fn words(payload: &(dyn Any + Send)) -> String {
     text.unwrap_or("no message").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// An exception for a panic.
+/// The exception for a panic.
 fn internal(py: Python<'_>, payload: &(dyn Any + Send)) -> PyErr {
     let words = panicked().take().unwrap_or_else(|| words(payload));
     errors::internal(py, &words)
 }
 
-/// A result, or what a panic said.
+/// A result, or a panic's message.
 pub(crate) type Caught<T> = Result<Result<T, WorkError>, Box<dyn Any + Send>>;
 
-/// Runs something; a panic in it is caught.
+/// Runs a function and catches its panics.
 pub(crate) fn caught<T>(work: impl FnOnce() -> Result<T, WorkError>) -> Caught<T> {
     panic::catch_unwind(AssertUnwindSafe(work))
 }
 
-/// A result for Python.
+/// Converts a result for Python.
 pub(crate) fn ended<T>(py: Python<'_>, task: Task, ended: Caught<T>) -> PyResult<T> {
     match ended {
         Ok(result) => result.map_err(|error| errors::of_work(py, &error, task)),
@@ -68,7 +68,7 @@ pub(crate) fn ended<T>(py: Python<'_>, task: Task, ended: Caught<T>) -> PyResult
     }
 }
 
-/// Runs something short with the interpreter's lock.
+/// Runs a short function with the GIL.
 pub(crate) fn guarded<T>(
     py: Python<'_>,
     task: Task,
@@ -77,8 +77,8 @@ pub(crate) fn guarded<T>(
     ended(py, task, caught(work))
 }
 
-/// Runs something that may take long in a thread of its own, without the interpreter's lock. Ctrl-C asks it to stop with
-/// the best so far; once more, and where it has no best so far, the call ends at once and the thread is left alone.
+/// Runs a long function in a thread of its own, without the GIL. Ctrl-C cancels it and returns the best result so far;
+/// a second Ctrl-C, or the first if there is no result so far, ends the call at once and abandons the thread.
 pub(crate) fn supervised<T: Send + 'static>(
     py: Python<'_>,
     task: Task,
@@ -86,10 +86,10 @@ pub(crate) fn supervised<T: Send + 'static>(
     work: impl FnOnce(&Observer) -> Result<T, WorkError> + Send + 'static,
 ) -> PyResult<T> {
     let (send, mut receive) = mpsc::sync_channel(1);
-    let own = Arc::clone(observer);
+    let for_worker = Arc::clone(observer);
     let spawned = workers::spawn(move || {
-        // Where nobody waits any more, nobody is told.
-        let _ = send.send(caught(|| work(&own)));
+        // The receiver may be gone.
+        let _ = send.send(caught(|| work(&for_worker)));
     });
     let worker = match spawned {
         Ok(worker) => worker,
@@ -125,7 +125,7 @@ pub(crate) fn supervised<T: Send + 'static>(
     }
 }
 
-/// Panics in a thread of its own, or on the caller's: for the tests.
+/// Panics in a thread of its own, or in the caller's: for tests.
 #[pyfunction]
 pub(crate) fn panic_for_test(py: Python<'_>, in_thread: bool) -> PyResult<()> {
     let work = || -> Result<(), WorkError> { panic!("asked for\nby {}", "a test") };

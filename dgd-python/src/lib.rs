@@ -1,8 +1,7 @@
 //! The native part of the Python package: requests from Python to `dgd-work`, results back.
 //!
-//! Python holds what is convenient: frames, units by attributes, pictures, notebooks. Here are the calls alone, each of
-//! which releases the interpreter's lock, minds Ctrl-C, and turns what goes wrong into an exception; no panic gets
-//! through ([`guard`]).
+//! Convenience is in Python: frames, units as attributes, pictures, notebooks. This crate only has the calls, each of
+//! which releases the GIL, handles Ctrl-C, and turns errors into exceptions; no panic escapes ([`guard`]).
 
 mod data;
 mod errors;
@@ -26,24 +25,24 @@ use dgd_compiler::syntax::layout;
 use dgd_scratch::Scratch;
 use pyo3::prelude::*;
 
-/// What `--memory` of the command limits.
+/// The allocator limited by `--memory` of the command.
 #[global_allocator]
 static ALLOCATOR: Scratch = Scratch;
 
 /// The version of dgd.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Runs a command line, the words behind `dgd`; the exit code.
+/// Runs a command line, without the leading `dgd`; returns the exit code.
 #[pyfunction]
 fn command(py: Python<'_>, words: Vec<OsString>) -> PyResult<u8> {
-    // Work on many wells starts the command again, by the same interpreter.
+    // Jobs on many assets start the command again, with the same interpreter.
     let executable: OsString = py.import("sys")?.getattr("executable")?.extract()?;
     let file: PathBuf = py.import("dgd._dgd")?.getattr("__file__")?.extract()?;
     let start = [executable, "-m".into(), "dgd".into()];
     Ok(py.detach(|| dgd_cli::run_words_of(start.into(), file, words)))
 }
 
-/// The text of a model as `dgd fmt` lays it out; as it is where it cannot be read. A command would mind Ctrl-C for the
+/// The text of a model in canonical layout, or unchanged if it cannot be read. A command would catch Ctrl-C for the
 /// rest of the process.
 #[pyfunction]
 fn laid_out(text: String) -> String {
@@ -52,7 +51,7 @@ fn laid_out(text: String) -> String {
     layout::format(id, &sources, &mut diagnostics).unwrap_or(text)
 }
 
-// The interpreter's lock is needed: nothing here was written for Python without one.
+// Requires the GIL: nothing here supports free-threaded Python.
 #[pymodule(gil_used = true)]
 fn _dgd(module: &Bound<'_, PyModule>) -> PyResult<()> {
     guard::hear_panics();

@@ -1,4 +1,4 @@
-//! Models: what was read once, and what is asked of it.
+//! Models: read once, for any number of requests.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,10 +27,10 @@ use crate::points::{Equations, Objective};
 use crate::results::{Found, Run};
 use crate::tracker::Tracker;
 
-/// The folder of effects beside a model.
+/// The folder of effects next to a model.
 const EFFECTS: &str = "effects";
 
-/// A model that was read and checked, with all texts that it needs: it does not change when files do.
+/// A checked model with all texts that it needs: it does not change when files do.
 #[pyclass(frozen, module = "dgd._dgd")]
 pub(crate) struct Model {
     path: PathBuf,
@@ -43,7 +43,7 @@ pub(crate) struct Model {
     remarks: Vec<String>,
 }
 
-/// Reads a model: from these texts where they have it, from files otherwise.
+/// Reads a model: from these texts, or else from files.
 #[pyfunction]
 pub(crate) fn load(
     py: Python<'_>,
@@ -54,11 +54,11 @@ pub(crate) fn load(
     apply: Vec<String>,
 ) -> PyResult<Model> {
     let add = |all: InMemory, (path, text): (String, Vec<u8>)| all.with(path, text);
-    let given = texts.into_iter().fold(InMemory::default(), add);
+    let in_memory = texts.into_iter().fold(InMemory::default(), add);
     let choices = Choices::new(variant, set, apply);
     let observer = Arc::new(Observer::new(None));
     supervised(py, Task::Load, &observer, move |observer| {
-        let files = Layers { above: &given, below: &Disk };
+        let files = Layers { above: &in_memory, below: &Disk };
         let session = Session::new(observer).with_files(&files);
         let mut request = CheckRequest::new(&path);
         request.choices = choices.clone();
@@ -89,31 +89,31 @@ pub(crate) fn load(
             equations: lines(asts, model).iter().map(typeset).collect(),
             description: description.to_string(),
             remarks: observer.remarks(),
-            texts: given.and(read),
+            texts: in_memory.and(read),
             path,
             choices,
         })
     })
 }
 
-/// The effects beside a model, in whatever state they are: who asks for one is told.
+/// The effects next to a model, valid or not: errors are reported when one is used.
 fn effects_beside(model: &Path, files: &dyn FileSystem) -> InMemory {
     let folder = model.parent().unwrap_or_else(|| Path::new("")).join(EFFECTS);
-    let mut all = InMemory::default();
+    let mut effects = InMemory::default();
     let inside = |entry: Entry| {
         if entry.is_folder { files.entries(&entry.path) } else { vec![entry] }
     };
     for entry in files.entries(&folder).into_iter().flat_map(inside) {
         if let Ok(text) = read_import(files, &entry.path) {
-            all = all.with(&entry.path, text);
+            effects = effects.with(&entry.path, text);
         }
     }
-    all
+    effects
 }
 
 impl Model {
-    /// Does something long: what is asked for is prepared here, with the files of its recordings, and done in a thread.
-    /// What came of it, and what was remarked.
+    /// Runs a long task: prepares the request here, including the files of its recordings, and runs it in a thread.
+    /// Returns the result and the remarks.
     fn work<R: Send + 'static, T: Send + 'static>(
         &self,
         (py, task): (Python<'_>, Task),
@@ -136,7 +136,7 @@ impl Model {
         Ok((result, observer.remarks()))
     }
 
-    /// What all requests have: what is chosen, what is estimated, and how a model is run.
+    /// Options common to all requests: choices, estimates, and solver options.
     fn shared(
         &self,
         py: Python<'_>,
@@ -172,24 +172,24 @@ impl Model {
         options: &Bound<'_, PyAny>,
         files: &mut InMemory,
     ) -> PyResult<FitRequest> {
-        let own: FitOptions = options.extract()?;
+        let of_fit: FitOptions = options.extract()?;
         let mut request = FitRequest::new(&self.path, put_all(data, files));
         request.valid = put_all(valid, files);
         (request.choices, request.sought, request.solve) = self.shared(py, options)?;
-        request.outputs = own.outputs;
-        request.noise = options::noise_from(py, &own.noise)?;
-        request.evaluations = own.evaluations;
-        request.search.loss = options::loss(py, &own.loss)?;
-        request.search.starts = own.starts.max(1);
-        request.search.spread = options::spread(py, &own.spread)?;
-        request.intervals.profile = own.profile;
-        request.intervals.bootstrap = own.bootstrap;
-        request.intervals.information = own.information;
-        request.regression.estimator = options::estimator(py, &own.estimator)?;
-        request.regression.smoothing = options::maybe_positive(py, "smoothing", own.smoothing)?;
-        request.regression.steady = own.steady;
+        request.outputs = of_fit.outputs;
+        request.noise = options::noise_from(py, &of_fit.noise)?;
+        request.evaluations = of_fit.evaluations;
+        request.search.loss = options::loss(py, &of_fit.loss)?;
+        request.search.starts = of_fit.starts.max(1);
+        request.search.spread = options::spread(py, &of_fit.spread)?;
+        request.intervals.profile = of_fit.profile;
+        request.intervals.bootstrap = of_fit.bootstrap;
+        request.intervals.information = of_fit.information;
+        request.regression.estimator = options::estimator(py, &of_fit.estimator)?;
+        request.regression.smoothing = options::maybe_positive(py, "smoothing", of_fit.smoothing)?;
+        request.regression.steady = of_fit.steady;
         request.figures = true;
-        request.command = own.command;
+        request.command = of_fit.command;
         Ok(request)
     }
 }
@@ -204,8 +204,8 @@ impl Model {
     /// All texts, by path.
     #[getter]
     fn texts(&self) -> Vec<(String, Vec<u8>)> {
-        let own = |(path, text): (&Path, &[u8])| (path.display().to_string(), text.to_vec());
-        self.texts.texts().map(own).collect()
+        let entry = |(path, text): (&Path, &[u8])| (path.display().to_string(), text.to_vec());
+        self.texts.texts().map(entry).collect()
     }
 
     /// Variants, settings and effects.
@@ -250,7 +250,7 @@ impl Model {
         let prepare = |files: &mut InMemory| {
             let mut request = SimulateRequest::new(self.run(py, data, options, files)?);
             request.noise_seed = options.extract::<SimulateOptions>()?.noise_seed;
-            // The result may be drawn later.
+            // The result may be plotted later.
             request.fields = true;
             Ok(request)
         };
@@ -265,8 +265,9 @@ impl Model {
     ) -> PyResult<Run> {
         let prepare = |files: &mut InMemory| {
             let mut request = SensitivityRequest::new(self.run(py, data, options, files)?);
-            let own: SensitivityOptions = options.extract()?;
-            (request.of, request.to, request.scaled) = (own.of, own.to, own.scaled);
+            let of_sensitivities: SensitivityOptions = options.extract()?;
+            (request.of, request.to, request.scaled) =
+                (of_sensitivities.of, of_sensitivities.to, of_sensitivities.scaled);
             Ok(request)
         };
         self.work((py, Task::Simulate), options, None, prepare, sensitivity).map(Run::new)
@@ -319,13 +320,13 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Found> {
         let prepare = |files: &mut InMemory| {
-            let own: DiscoverOptions = options.extract()?;
+            let of_search: DiscoverOptions = options.extract()?;
             let mut request = DiscoverRequest::new(&self.path, put_all(data, files));
             request.valid = put_all(valid, files);
             (request.choices, request.sought, request.solve) = self.shared(py, options)?;
-            request.effects = own.effects;
-            request.budget = options::maybe_positive(py, "budget", own.budget)?;
-            request.command = own.command;
+            request.effects = of_search.effects;
+            request.budget = options::maybe_positive(py, "budget", of_search.budget)?;
+            request.command = of_search.command;
             Ok(request)
         };
         let discovered = self.work((py, Task::Discover), options, progress, prepare, discover)?;
@@ -333,16 +334,16 @@ impl Model {
     }
 
     fn track(&self, py: Python<'_>, options: &Bound<'_, PyAny>) -> PyResult<Tracker> {
-        let own: TrackOptions = options.extract()?;
+        let of_tracker: TrackOptions = options.extract()?;
         let mut request = dgd_work::TrackRequest::new(&self.path, "rows");
         (request.choices, request.sought, request.solve) = self.shared(py, options)?;
-        request.estimator = options::tracker(py, &own.estimator)?;
-        request.outputs = own.outputs;
-        request.process_noise = own.process_noise;
-        request.start_std = own.start_std;
-        request.noise = own.noise;
-        request.forgetting = own.forgetting;
-        request.gate = options::maybe_positive(py, "gate", own.gate)?;
+        request.estimator = options::tracker(py, &of_tracker.estimator)?;
+        request.outputs = of_tracker.outputs;
+        request.process_noise = of_tracker.process_noise;
+        request.start_std = of_tracker.start_std;
+        request.noise = of_tracker.noise;
+        request.forgetting = of_tracker.forgetting;
+        request.gate = options::maybe_positive(py, "gate", of_tracker.gate)?;
         request.strict = true;
         Ok(Tracker::new(request, self.texts.clone()))
     }

@@ -1,7 +1,7 @@
-//! Arrays between Python and Rust: eight bytes a number, in the machine's order, as NumPy holds them.
+//! Arrays between Python and Rust: eight bytes per number, in native byte order, as in NumPy.
 //!
-//! NumPy itself is asked for nothing here, so that the command runs without it and nothing that dgd is built of needs
-//! other features for it.
+//! NumPy itself is not used here, so that the command runs without it and no dependency of dgd needs extra features for
+//! it.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

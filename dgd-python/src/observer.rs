@@ -1,4 +1,4 @@
-//! Who hears of a piece of work for Python: remarks are collected, progress is handed on by the thread that waits.
+//! Observes work for Python: collects remarks, and forwards progress in the waiting thread.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -7,38 +7,38 @@ use dgd_runtime::Watched;
 use dgd_work::{Listener, Remark};
 use pyo3::prelude::*;
 
-/// What no call looks at any more, and was never stopped: each lives as long as the program.
+/// Flags that no call uses any more and that were never set: each lives as long as the program.
 static UNUSED: Mutex<Vec<&'static Watched>> = Mutex::new(Vec::new());
 
-/// Hears of a piece of work, and may stop it.
+/// Observes work, and can cancel it.
 #[derive(Debug)]
 pub(crate) struct Observer {
     watched: &'static Watched,
     remarks: Mutex<Vec<String>>,
     progress: Mutex<Option<Progress>>,
-    /// What is called with `what`, `done`, `all` and whether `all` is only the most.
+    /// Callback with `what`, `done`, `all` and whether `all` is an upper limit.
     shows: Option<Py<PyAny>>,
 }
 
 impl Observer {
-    /// One that shows progress, if this is something.
+    /// An observer that shows progress if there is a callback.
     pub(crate) fn new(shows: Option<Py<PyAny>>) -> Self {
         let unused = UNUSED.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let watched = unused.unwrap_or_else(|| Box::leak(Box::default()));
         Observer { watched, remarks: Mutex::default(), progress: Mutex::default(), shows }
     }
 
-    /// Asks the work to stop; whether it was asked before.
+    /// Cancels the work; returns whether it was cancelled before.
     pub(crate) fn stop(&self) -> bool {
         self.watched.stop()
     }
 
-    /// What was remarked.
+    /// The remarks.
     pub(crate) fn remarks(&self) -> Vec<String> {
         self.remarks.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Shows how far the work is, where something was done since this was called.
+    /// Shows progress, if any was made since the last call.
     pub(crate) fn show(&self, py: Python<'_>) -> PyResult<()> {
         let Some(shows) = &self.shows else { return Ok(()) };
         let progress = self.progress.lock().unwrap_or_else(PoisonError::into_inner).take();

@@ -1,4 +1,4 @@
-//! Options from Python, one dictionary for each call, to requests.
+//! Converts options from Python, one dictionary for each call, to requests.
 
 use dgd_data::Rename;
 use dgd_execute::Engine;
@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::errors;
 
-/// What is random, and how many threads.
+/// Random seed and number of threads.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SessionOptions {
@@ -17,7 +17,7 @@ pub(crate) struct SessionOptions {
     pub threads: Option<usize>,
 }
 
-/// How a model is run.
+/// Solver options.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SolveOptions {
@@ -33,14 +33,14 @@ pub(crate) struct SolveOptions {
     engine: String,
 }
 
-/// What is set besides what the model has.
+/// Settings in addition to those of the model.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SetOptions {
     pub set: Vec<String>,
 }
 
-/// What is estimated.
+/// Free and fixed parameters.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SoughtOptions {
@@ -48,21 +48,21 @@ pub(crate) struct SoughtOptions {
     fix: Vec<String>,
 }
 
-/// How a run is recorded.
+/// Rows to record in a run.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct RunOptions {
     pub every: Option<f64>,
 }
 
-/// Of a simulation.
+/// Options of a simulation.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SimulateOptions {
     pub noise_seed: Option<u64>,
 }
 
-/// Of sensitivities.
+/// Options of sensitivities.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SensitivityOptions {
@@ -71,7 +71,7 @@ pub(crate) struct SensitivityOptions {
     pub scaled: bool,
 }
 
-/// Of a fit.
+/// Options of a fit.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct FitOptions {
@@ -90,7 +90,7 @@ pub(crate) struct FitOptions {
     pub command: String,
 }
 
-/// Of a search.
+/// Options of a search.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct DiscoverOptions {
@@ -99,7 +99,7 @@ pub(crate) struct DiscoverOptions {
     pub command: String,
 }
 
-/// Of a tracker.
+/// Options of tracking.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct TrackOptions {
@@ -112,7 +112,7 @@ pub(crate) struct TrackOptions {
     pub gate: Option<f64>,
 }
 
-/// One of several words.
+/// The value of one of several words.
 fn one_of<T: Copy>(py: Python<'_>, name: &str, word: &str, all: &[(&str, T)]) -> PyResult<T> {
     all.iter().find(|(known, _)| *known == word).map(|(_, value)| *value).ok_or_else(|| {
         let known: Vec<String> = all.iter().map(|(known, _)| format!("\"{known}\"")).collect();
@@ -120,7 +120,7 @@ fn one_of<T: Copy>(py: Python<'_>, name: &str, word: &str, all: &[(&str, T)]) ->
     })
 }
 
-/// A number that must be above zero.
+/// A number that must be positive.
 fn positive(py: Python<'_>, name: &str, value: f64) -> PyResult<f64> {
     if value.is_finite() && value > 0.0 {
         return Ok(value);
@@ -128,7 +128,7 @@ fn positive(py: Python<'_>, name: &str, value: f64) -> PyResult<f64> {
     Err(errors::usage(py, &format!("`{name}` must be a number above 0, not {value}")))
 }
 
-/// The same of one that may be left out.
+/// A positive number that may be omitted.
 pub(crate) fn maybe_positive(
     py: Python<'_>,
     name: &str,
@@ -195,11 +195,11 @@ impl SolveOptions {
 }
 
 impl SetOptions {
-    /// The choices of a model, with what is set besides.
+    /// The choices of a model, extended by these settings.
     pub(crate) fn beside(self, choices: &Choices) -> Choices {
-        let mut all = choices.clone();
-        all.set.extend(self.set);
-        all
+        let mut extended = choices.clone();
+        extended.set.extend(self.set);
+        extended
     }
 }
 
@@ -210,8 +210,8 @@ impl SoughtOptions {
 }
 
 pub(crate) fn noise_from(py: Python<'_>, word: &str) -> PyResult<NoiseFrom> {
-    let all = [("estimated", NoiseFrom::Estimated), ("declared", NoiseFrom::Declared)];
-    one_of(py, "noise", word, &all)
+    let words = [("estimated", NoiseFrom::Estimated), ("declared", NoiseFrom::Declared)];
+    one_of(py, "noise", word, &words)
 }
 
 pub(crate) fn spread(py: Python<'_>, word: &str) -> PyResult<DrawnFrom> {
@@ -219,12 +219,12 @@ pub(crate) fn spread(py: Python<'_>, word: &str) -> PyResult<DrawnFrom> {
 }
 
 pub(crate) fn loss(py: Python<'_>, word: &str) -> PyResult<Loss> {
-    let all = [Loss::Squares, Loss::Huber, Loss::Cauchy, Loss::Tukey];
-    one_of(py, "loss", word, &all.map(|loss| (loss.name(), loss)))
+    let losses = [Loss::Squares, Loss::Huber, Loss::Cauchy, Loss::Tukey];
+    one_of(py, "loss", word, &losses.map(|loss| (loss.name(), loss)))
 }
 
 pub(crate) fn estimator(py: Python<'_>, word: &str) -> PyResult<Estimator> {
-    let all = [
+    let words = [
         Estimator::OutputError,
         Estimator::Linearised,
         Estimator::PredictionError,
@@ -234,10 +234,10 @@ pub(crate) fn estimator(py: Python<'_>, word: &str) -> PyResult<Estimator> {
         Estimator::NelderMead,
         Estimator::Recursive,
     ];
-    one_of(py, "estimator", word, &all.map(|estimator| (estimator.name(), estimator)))
+    one_of(py, "estimator", word, &words.map(|estimator| (estimator.name(), estimator)))
 }
 
 pub(crate) fn tracker(py: Python<'_>, word: &str) -> PyResult<Tracker> {
-    let all = [("ekf", Tracker::Ekf), ("ukf", Tracker::Ukf), ("recursive", Tracker::Recursive)];
-    one_of(py, "estimator", word, &all)
+    let words = [("ekf", Tracker::Ekf), ("ukf", Tracker::Ukf), ("recursive", Tracker::Recursive)];
+    one_of(py, "estimator", word, &words)
 }

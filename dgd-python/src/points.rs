@@ -1,4 +1,4 @@
-//! Equations at single points, and residuals of fits: for solvers and optimisers of Python.
+//! Equations at single points, and residuals of fits: for solvers and optimisers in Python.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -13,7 +13,7 @@ use crate::numbers::Numbers;
 /// Names and units.
 type Names = Vec<(String, String)>;
 
-/// A time in s, unknowns, inputs and parameters; those of the recording and of the model where there are none.
+/// A time in s, unknowns, inputs and parameters; missing ones are those of the recording and of the model.
 #[derive(FromPyObject)]
 struct Point(f64, Numbers, Option<Numbers>, Option<Numbers>);
 
@@ -32,7 +32,7 @@ impl Equations {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Evaluates something at a point.
+    /// Evaluates a function at a point.
     #[allow(clippy::needless_pass_by_value)]
     fn at(
         &self,
@@ -41,8 +41,8 @@ impl Equations {
         evaluate: fn(&dgd_work::Equations, At<'_>) -> Result<Vec<f64>, WorkError>,
     ) -> PyResult<Numbers> {
         let [u, p] = [&u, &p].map(|numbers| numbers.as_ref().map(|one| one.0.as_slice()));
-        let at = At { t, y: &y.0, u, p };
-        guarded(py, Task::Simulate, || evaluate(&self.inner(), at)).map(Numbers)
+        let point = At { t, y: &y.0, u, p };
+        guarded(py, Task::Simulate, || evaluate(&self.inner(), point)).map(Numbers)
     }
 }
 
@@ -121,7 +121,7 @@ pub(crate) struct Objective {
     inner: Mutex<dgd_work::Objective>,
 }
 
-/// Name, unit, first guess, lower and upper bound, and whether the logarithm is better searched for.
+/// Name, unit, first guess, lower and upper bound, and whether a search should use the logarithm.
 type Variable = (String, String, f64, f64, f64, bool);
 
 impl Objective {
@@ -129,7 +129,7 @@ impl Objective {
         Objective { inner: Mutex::new(inner) }
     }
 
-    /// Evaluates something without the interpreter's lock.
+    /// Evaluates a function without the GIL.
     fn evaluated<T: Send>(
         &self,
         py: Python<'_>,

@@ -34,19 +34,19 @@ fn named(columns: &[NamedColumn]) -> Vec<Column> {
     columns.iter().map(one).collect()
 }
 
-/// What is known over time: by a simulation, or of its derivatives.
+/// A result over time: a simulation, or its derivatives.
 pub(crate) trait OverTime: Send + Sync {
     fn table(&self) -> &TimeTable;
-    /// What was differentiated.
+    /// The differentiated quantities.
     fn trajectories(&self) -> &[NamedColumn];
     fn details(&self) -> Value;
-    /// Why it did not go to the end.
+    /// The reason why it ended early.
     fn stopped(&self) -> Option<&str>;
     fn figure(&self) -> Figure;
     fn page(&self, command: &str) -> String;
 }
 
-/// Says where a result has what [`OverTime`] asks for; its trajectories stand in the second place.
+/// Implements [`OverTime`] from the fields of a result; the second argument gives its trajectories.
 macro_rules! over_time {
     ($result:ty, $trajectories:expr) => {
         impl OverTime for $result {
@@ -101,7 +101,7 @@ impl Run {
         Numbers(self.inner.table().times.clone())
     }
 
-    /// Derivatives: of the first thing to all, of the second, ….
+    /// Derivatives: of the first quantity with respect to all, of the second, ….
     #[getter]
     fn columns(&self) -> Vec<Column> {
         named(&self.inner.table().columns)
@@ -145,20 +145,20 @@ impl Run {
     }
 }
 
-/// What recordings tell: estimates, or what a model lacks.
+/// Findings from recordings: estimates, or missing terms.
 pub(crate) trait Findings: Send {
     fn json(&self) -> Value;
     fn text(&self) -> String;
     /// The text of the fitted or corrected model, as a file in this folder.
     fn model_text(&self, folder: &Path) -> String;
-    /// Why they are not what they should be.
+    /// Reservations about the result.
     fn reservations(&self) -> &[String];
-    /// Whether there would have been more to do.
+    /// Whether it ended before all was done.
     fn is_cut_short(&self) -> bool;
-    /// Figures with what they are of: nothing for all, an estimate for its profile.
+    /// Figures with their subjects: `None` for the whole, an estimate for its profile.
     fn figures(&self) -> Vec<(Option<String>, Figure)>;
     fn page(&self) -> Result<String, WorkError>;
-    /// The folder of results.
+    /// The files of the folder of results.
     fn files(&self, folder: &Path) -> Result<Files, WorkError>;
 }
 
@@ -230,7 +230,7 @@ impl Findings for Discovered {
     }
 }
 
-/// Estimates, or what a model lacks.
+/// Estimates, or missing terms.
 #[pyclass(frozen, module = "dgd._dgd")]
 pub(crate) struct Found {
     inner: Mutex<Box<dyn Findings>>,
@@ -298,7 +298,7 @@ impl Found {
         guarded(py, self.task, || Ok(self.inner().files(&folder)?.written))
     }
 
-    /// Writes them.
+    /// Writes the folder of results.
     #[allow(clippy::needless_pass_by_value)]
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         guarded(py, Task::Load, || {

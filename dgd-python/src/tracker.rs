@@ -1,4 +1,4 @@
-//! On-line estimates: a thread tracks rows as `dgd track` does on a pipe, a row in, a row out.
+//! On-line estimates: a thread tracks rows like `dgd track` on a pipe, one row in, one row out.
 
 use std::io::{self, Read, Write};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -13,7 +13,7 @@ use crate::errors::{self, Task};
 use crate::guard::{self, Caught};
 use crate::observer::Observer;
 
-/// Lines from Python, read as they come.
+/// Lines from Python, read as they arrive.
 struct Lines {
     lines: Receiver<Vec<u8>>,
     current: io::Cursor<Vec<u8>>,
@@ -25,7 +25,7 @@ impl Read for Lines {
             match self.current.read(into)? {
                 0 if !into.is_empty() => match self.lines.recv() {
                     Ok(line) => self.current = io::Cursor::new(line),
-                    // Nobody writes any more.
+                    // The sender is gone.
                     Err(_) => return Ok(0),
                 },
                 n => return Ok(n),
@@ -34,7 +34,7 @@ impl Read for Lines {
     }
 }
 
-/// Lines for Python, handed over when they are whole.
+/// Lines for Python, sent when they are complete.
 struct Answers {
     to: Sender<Answer>,
     line: Vec<u8>,
@@ -60,13 +60,13 @@ impl Write for Answers {
     }
 }
 
-/// What comes back.
+/// A message from the thread.
 enum Answer {
     Line(String),
     Ended(Caught<Vec<String>>),
 }
 
-/// Both ends of a thread that tracks.
+/// Both ends of the channels of a tracking thread.
 struct Ends {
     to: Sender<Vec<u8>>,
     from: Receiver<Answer>,
@@ -80,17 +80,17 @@ pub(crate) struct Tracker {
 }
 
 impl Tracker {
-    /// Begins; the first line is the header.
+    /// Starts the thread; the first line is the header.
     pub(crate) fn new(request: TrackRequest, texts: InMemory) -> Self {
         let (to, lines) = mpsc::channel();
         let (answers, from) = mpsc::channel();
         let observer = Arc::new(Observer::new(None));
-        let own = Arc::clone(&observer);
+        let for_thread = Arc::clone(&observer);
         thread::spawn(move || {
             let mut out = Answers { to: answers.clone(), line: Vec::new() };
             let ended = guard::caught(|| {
                 let files = Layers { above: &texts, below: &Disk };
-                let session = Session::new(&*own).with_files(&files);
+                let session = Session::new(&*for_thread).with_files(&files);
                 let lines = Box::new(Lines { lines, current: io::Cursor::default() });
                 let tracked = track(&request, Some(lines), session, &mut out, LineFormat::Lines)?;
                 tracked.stopped.map_or(Ok(tracked.remarks), Err)
@@ -103,13 +103,13 @@ impl Tracker {
 
 #[pymethods]
 impl Tracker {
-    /// Gives a text of one row and takes so many lines that come back.
+    /// Sends the text of one row and receives `lines` lines.
     fn exchange(&self, py: Python<'_>, text: Vec<u8>, lines: usize) -> PyResult<Vec<String>> {
         let mut ended = None;
         let answers = py.detach(|| {
             let mut ends = self.ends.lock().unwrap_or_else(PoisonError::into_inner);
             let Some(Ends { to, from }) = &*ends else { return None };
-            // One that has ended says why.
+            // A thread that has ended reports the reason below.
             let _ = to.send(text);
             let mut answers = Vec::with_capacity(lines);
             while answers.len() < lines {
@@ -133,7 +133,7 @@ impl Tracker {
             .ok_or_else(|| errors::usage(py, "this tracker has ended; begin another one"))
     }
 
-    /// Ends it: what there is to say of all rows.
+    /// Ends it; returns the summary of all rows.
     fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let ended = py.detach(|| {
             let ends = self.ends.lock().unwrap_or_else(PoisonError::into_inner).take()?;

@@ -1,6 +1,6 @@
-//! Threads that do the work of calls, one call at a time each. A thread of Python keeps those that worked for it: a fresh
-//! one would ask the system for each page of its memory again, and one that worked for another thread of Python would
-//! wait for the processor on which that one runs.
+//! Threads that run calls, one call at a time each. Each Python thread keeps its own: a new one would have to request
+//! its memory pages from the system again, and one that worked for another Python thread would compete with it for the
+//! processor.
 
 use std::cell::RefCell;
 use std::io;
@@ -8,28 +8,28 @@ use std::process;
 use std::sync::mpsc::{self, SendError, Sender};
 use std::thread;
 
-/// The stack of a thread; what is deep is limited far below.
+/// Stack size of a thread; recursion is limited to far less.
 const STACK: usize = 16 << 20;
 
 type Job = Box<dyn FnOnce() + Send>;
 
-/// A thread that does what it is sent, and ends where this is dropped.
+/// A thread that runs the jobs sent to it, and ends when this is dropped.
 pub(crate) struct Worker {
-    /// The process that began it: one that was forked does not have it.
+    /// The process that started it: a forked process does not have it.
     process: u32,
     jobs: Sender<Job>,
 }
 
 thread_local! {
-    /// Those that wait for work. More than one where a call is made from within another.
+    /// Idle workers. More than one for nested calls.
     static IDLE: RefCell<Vec<Worker>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Has a worker do this; it must not panic. Whoever knows that it has ended calls [`Worker::rest`].
+/// Runs a job, which must not panic, in a worker. After the job has ended, the caller calls [`Worker::rest`].
 ///
 /// # Errors
 ///
-/// The system gives no thread.
+/// If the system cannot start a thread.
 pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<Worker> {
     let mut job: Job = Box::new(job);
     while let Some(worker) = IDLE.with_borrow_mut(Vec::pop) {

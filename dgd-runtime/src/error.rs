@@ -63,9 +63,9 @@ pub enum IntegrateError {
         equation: String,
         /// The unknown that it determines.
         unknown: String,
-        /// What is not finite about it.
+        /// The evaluation that is not finite.
         what: Evaluation,
-        /// What it reads, with the values at the end of the last accepted step.
+        /// Its operands, with the values at the end of the last accepted step.
         values: Vec<Reading>,
         /// Where its values end nearby.
         end: Option<Box<DomainEnd>>,
@@ -92,7 +92,7 @@ pub enum IntegrateError {
         t: f64,
         /// The switch that is passed.
         automaton: String,
-        /// What is wrong beyond.
+        /// The error beyond.
         error: Box<InitialError>,
     },
     /// A variable delay becomes negative: the model would read the future.
@@ -180,7 +180,7 @@ pub enum IntegrateError {
     },
 }
 
-/// What was evaluated.
+/// The evaluated function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Evaluation {
     /// The equation itself.
@@ -308,7 +308,7 @@ pub enum InitialError {
         equation: String,
         /// The time, s.
         t: f64,
-        /// What it reads; only the culprits, where they are known.
+        /// Its operands; only the culprits, if they are known.
         at: Vec<Reading>,
     },
     /// The algebraic equations do not determine the algebraic unknowns.
@@ -321,7 +321,7 @@ pub enum InitialError {
         residual: f64,
         /// Equations that must be solved together with it.
         together: Vec<String>,
-        /// What it reads.
+        /// Its operands.
         at: Vec<Reading>,
     },
     /// Newton's method does not converge.
@@ -338,7 +338,7 @@ pub enum InitialError {
         unknown: String,
         /// Its last correction, SI.
         correction: f64,
-        /// What the equation reads.
+        /// The operands of the equation.
         at: Vec<Reading>,
     },
 }

@@ -1,4 +1,4 @@
-//! What to simulate, and how.
+//! A problem and its options.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -82,7 +82,7 @@ impl<S: System> Problem<'_, S> {
     ///
     /// # Errors
     ///
-    /// [`InputError::Delay`] where an input's delay is negative or not finite.
+    /// [`InputError::Delay`] if an input's delay is negative or not finite.
     pub fn inputs_read(&self) -> Result<Cow<'_, Inputs>, InputError> {
         let signature = self.system.signature();
         let past = signature.past().len();
@@ -134,7 +134,7 @@ impl<S: System> Problem<'_, S> {
     }
 }
 
-/// What a run returns.
+/// The results requested from a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wanted<'a> {
     /// Only the unknowns.
@@ -144,7 +144,7 @@ pub enum Wanted<'a> {
     UnknownsAndPast,
     /// Only the unknowns at these positions, in this order.
     Chosen(&'a [usize]),
-    /// The same with all outputs; requires that no output has a delay and that steps are adaptive.
+    /// The unknowns at these positions, and all outputs; requires that no output has a delay and that steps are adaptive.
     Observed(&'a [usize]),
     /// The unknowns and their sensitivities to the model's directions.
     Sensitivities,
@@ -152,11 +152,11 @@ pub enum Wanted<'a> {
     /// continue another: the problem then has start values for all unknowns, and the run begins where the other one
     /// ended. No output has a delay.
     Resumed(Before<'a>),
-    /// The same with sensitivities.
+    /// [`Wanted::Resumed`] with sensitivities.
     ResumedSensitivities(Before<'a>),
 }
 
-/// What a run continues from, besides its unknowns.
+/// The state that a run continues from, except for its unknowns.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Before<'a> {
     /// The memory of the previous run; `None` for the first one.
@@ -178,7 +178,7 @@ impl<'a> Wanted<'a> {
         matches!(self, Wanted::Sensitivities | Wanted::ResumedSensitivities(_))
     }
 
-    /// What the run continues from.
+    /// The state that the run continues from.
     pub(crate) fn resumed(self) -> Before<'a> {
         match self {
             Wanted::Resumed(before) | Wanted::ResumedSensitivities(before) => before,
@@ -242,25 +242,25 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The same with another tolerance relative to each unknown's value.
+    /// These options with another tolerance relative to each unknown's value.
     #[must_use]
     pub fn rtol(self, rtol: f64) -> Self {
         Self { rtol, ..self }
     }
 
-    /// The same with another tolerance relative to each unknown's nominal size.
+    /// These options with another tolerance relative to each unknown's nominal size.
     #[must_use]
     pub fn atol(self, atol: f64) -> Self {
         Self { atol, ..self }
     }
 
-    /// The same with another method.
+    /// These options with another method.
     #[must_use]
     pub fn method(self, method: &'static Method) -> Self {
         Self { method, ..self }
     }
 
-    /// The same with another limit on the number of steps.
+    /// These options with another limit on the number of steps.
     #[must_use]
     pub fn max_steps(self, max_steps: usize) -> Self {
         Self { max_steps, ..self }

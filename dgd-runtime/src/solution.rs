@@ -45,7 +45,7 @@ pub struct Solution {
     pub undefined: Vec<UndefinedSensitivity>,
     /// Thresholds on which the run began, so that sensitivities are one-sided.
     pub one_sided: Vec<OneSided>,
-    /// What another run needs to continue this one; only of a resumable run ([`Wanted::Resumed`](crate::Wanted)).
+    /// State for continuing this run; only of a resumable run ([`Wanted::Resumed`](crate::Wanted)).
     pub memory: Option<Memory>,
     /// Counts of the work done.
     pub statistics: Statistics,
@@ -91,8 +91,8 @@ pub struct UndefinedSensitivity {
     pub cause: UndefinedCause,
 }
 
-/// A threshold on which a run began. Sensitivities to what moves it are derivatives on the side that the run took: in
-/// the other direction the solution passes the threshold, or does not.
+/// A threshold on which a run began. Sensitivities to parameters that move it are derivatives on the side that the run
+/// took: in the other direction the solution passes the threshold, or does not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OneSided {
     /// The time, s.
@@ -189,7 +189,7 @@ pub struct Jump {
     pub from: f64,
     /// Its value just after.
     pub to: f64,
-    /// What it follows from.
+    /// Its cause.
     pub cause: JumpCause,
     /// How often it has jumped for that cause.
     pub times: usize,

@@ -29,12 +29,12 @@ pub trait Solved: System {
     where
         Self: Sized;
 
-    /// Replaces start values, and their sensitivities, by those that are found where the model begins at rest or has
-    /// start equations ([`find_start`](crate::linearize::find_start)); a model without these need not say so.
+    /// Replaces start values, and their sensitivities, by those found if the model starts at rest or has start
+    /// equations ([`find_start`](crate::linearize::find_start)); a model without these need not implement it.
     ///
     /// # Errors
     ///
-    /// [`InitialError`]: there are none.
+    /// [`InitialError`] if there are none.
     #[inline]
     fn find_start(
         _problem: &Problem<'_, Self>,

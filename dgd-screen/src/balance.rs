@@ -197,7 +197,7 @@ fn explanation(cause: Cause, size: Estimate, whole: &[f64], rest: &[f64]) -> (f6
 /// Values at t + τ by linear interpolation, constant beyond the ends.
 fn interpolated(times: &[f64], values: &[f64], tau: f64) -> Vec<f64> {
     let mut right = 0;
-    let at = |t: &f64| {
+    let value = |t: &f64| {
         let t = t + tau;
         while right < times.len() && times[right] < t {
             right += 1;
@@ -208,7 +208,7 @@ fn interpolated(times: &[f64], values: &[f64], tau: f64) -> Vec<f64> {
         let share = (t - times[right - 1]) / (times[right] - times[right - 1]);
         values[right - 1] + share * (values[right] - values[right - 1])
     };
-    times.iter().map(at).collect()
+    times.iter().map(value).collect()
 }
 
 /// Sums of increments from the first of these steps on.

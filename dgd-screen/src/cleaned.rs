@@ -93,7 +93,7 @@ impl Cleaned {
             pile.samples.iter().for_each(|k| values[*k] = f64::NAN);
         }
         let runs = frozen(times, &values);
-        let mut held: Option<Finding> = None;
+        let mut pending: Option<Finding> = None;
         for run in runs {
             let (first, last) = run.samples;
             // A set value may be held, but not if another sensor of the same quantity shows it changing.
@@ -102,12 +102,12 @@ impl Cleaned {
                 values.windows(2).filter(|pair| pair[0] != pair[1]).count() > FEW
             });
             let fault = Fault::Frozen { value: run.value, samples: last - first + 1, is_shown };
-            match &mut held {
+            match &mut pending {
                 _ if is_shown => find(fault, vec![run.stretch], Some(run.p_value), Weight::Fault),
                 // Repeatedly held values give a single remark.
                 Some(Finding { stretches, .. }) => stretches.push(run.stretch),
                 None => {
-                    held = Some(Finding {
+                    pending = Some(Finding {
                         channels: vec![channel],
                         stretches: vec![run.stretch],
                         fault,
@@ -118,7 +118,7 @@ impl Cleaned {
             }
             values[first..=last].fill(f64::NAN);
         }
-        self.findings.extend(held);
+        self.findings.extend(pending);
         self.values.push(values);
     }
 
@@ -193,10 +193,11 @@ fn hides_noise(values: &[f64], step: f64) -> bool {
 
 /// Other channels whose names differ only in a last letter.
 fn partners<'a>(record: &'a Record<'_>, channel: usize) -> impl Iterator<Item = usize> + 'a {
-    let own = &record.channels[channel];
+    let original = &record.channels[channel];
     (0..record.channels.len()).filter(move |other| {
         let other = &record.channels[*other];
-        other.unit == own.unit && stem(own.name, other.name).is_some_and(|(_, letter)| letter)
+        other.unit == original.unit
+            && stem(original.name, other.name).is_some_and(|(_, letter)| letter)
     })
 }
 

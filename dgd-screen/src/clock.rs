@@ -91,13 +91,17 @@ fn changes(x: &[f64]) -> Vec<f64> {
 /// The interpolated position of a sequence's minimum; `None` at an end or if it is too shallow.
 fn least(mean: &[f64]) -> Option<f64> {
     let average = mean.iter().sum::<f64>() / mean.len() as f64;
-    let at = (0..mean.len()).min_by(|i, j| mean[*i].total_cmp(&mean[*j]))?;
-    if at == 0 || at + 1 == mean.len() || mean[at].is_nan() || mean[at] > CLEAR * average {
+    let position = (0..mean.len()).min_by(|i, j| mean[*i].total_cmp(&mean[*j]))?;
+    if position == 0
+        || position + 1 == mean.len()
+        || mean[position].is_nan()
+        || mean[position] > CLEAR * average
+    {
         return None;
     }
-    let (before, here, after) = (mean[at - 1], mean[at], mean[at + 1]);
+    let (before, here, after) = (mean[position - 1], mean[position], mean[position + 1]);
     let curvature = before - 2.0 * here + after;
-    (curvature > 0.0).then(|| at as f64 + 0.5 * (before - after) / curvature)
+    (curvature > 0.0).then(|| position as f64 + 0.5 * (before - after) / curvature)
 }
 
 /// Values at equal steps from the first time, interpolated where missing, but not across more than three missing ones.

@@ -4,8 +4,8 @@
 //!   Record ─┬─ each channel:  empty, constant, missing, frozen, saturated, spikes, coarse; its noise
 //!           ├─ pairs:         offset, gain, drift, noise, clock of sensors of one quantity
 //!           ├─ all together:  gaps and spacing, steady stretches, transients, operating points
-//!           └─ with balances: drift of what a model's equations leave over, delays, gains
-//!                    └─► Screening: findings, each with when, how much, and how sure
+//!           └─ with balances: drift of a model's imbalances, delays, gains
+//!                    └─► Screening: findings with time, size and significance
 //! ```
 //!
 //! Samples in, findings out, in the units of the samples; nothing here reads files, prints, or knows models. All tests

@@ -53,8 +53,9 @@ pub fn operating_points(motion: &Motion, tolerances: &[f64]) -> Vec<OperatingPoi
         each.fold(0.0, f64::max)
     };
     let nearest = |stretch: usize, centres: &[Vec<f64>]| {
-        let all = centres.iter().enumerate().map(|(c, centre)| (distance(stretch, centre), c));
-        all.min_by(|a, b| a.0.total_cmp(&b.0))
+        let distances =
+            centres.iter().enumerate().map(|(c, centre)| (distance(stretch, centre), c));
+        distances.min_by(|a, b| a.0.total_cmp(&b.0))
     };
     let n_channels = steady.first().map_or(0, |stretch| stretch.means.len());
     let centre = |stretches: &[usize]| -> Vec<f64> {

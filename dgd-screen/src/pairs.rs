@@ -27,7 +27,7 @@ pub struct Kin {
 /// Compares all channels of one unit with similar names, without the faults of single channels.
 pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request) -> Vec<Kin> {
     let n = record.channels.len();
-    let mut all = Vec::new();
+    let mut pairs = Vec::new();
     for i in 0..n {
         for j in i + 1..n {
             let (a, b) = (&record.channels[i], &record.channels[j]);
@@ -47,10 +47,10 @@ pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request
                 }
                 other => other,
             };
-            all.push(Kin { channels: [i, j], by_letter, compared });
+            pairs.push(Kin { channels: [i, j], by_letter, compared });
         }
     }
-    all
+    pairs
 }
 
 /// Compares two channels that disagree after aligning their clocks; `None` if they still disagree.

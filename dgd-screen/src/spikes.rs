@@ -33,23 +33,26 @@ pub fn spikes(values: &[f64], noise: Option<&SensorNoise>) -> Vec<Spike> {
     let valid: Vec<usize> = (0..values.len()).filter(|k| values[*k].is_finite()).collect();
     let floor =
         noise.map_or(0.0, |noise| (CLEAR * noise.std).max(2.0 * noise.quantisation.unwrap_or(0.0)));
-    let mut found = Vec::new();
-    let mut at = NEIGHBOURS;
-    while at + NEIGHBOURS < valid.len() {
+    let mut spikes = Vec::new();
+    let mut position = NEIGHBOURS;
+    while position + NEIGHBOURS < valid.len() {
         // Without noise a short pulse may be intended: only a single reading counts.
         let longest = if noise.is_some() { LONGEST } else { 1 };
         let length = (1..=longest).find_map(|length| {
-            spike(values, &valid, at, length, floor).map(|height| (length, height))
+            spike(values, &valid, position, length, floor).map(|height| (length, height))
         });
         match length {
             Some((length, height)) => {
-                found.push(Spike { samples: (valid[at], valid[at + length - 1]), height });
-                at += length;
+                spikes.push(Spike {
+                    samples: (valid[position], valid[position + length - 1]),
+                    height,
+                });
+                position += length;
             }
-            None => at += 1,
+            None => position += 1,
         }
     }
-    found
+    spikes
 }
 
 /// The height of a spike of this length that begins at the valid sample `at`.
@@ -69,11 +72,11 @@ fn spike(values: &[f64], valid: &[usize], at: usize, length: usize, floor: f64) 
     // Another spike may be among the neighbours.
     let (low, high) = (neighbours[1], neighbours[2 * NEIGHBOURS - 2]);
     let clear = floor.max(DISTANCE * (high - low));
-    let all = |height: &dyn Fn(f64) -> f64| {
+    let all_above = |height: &dyn Fn(f64) -> f64| {
         (at..end).map(|k| height(value(k))).fold(f64::INFINITY, f64::min)
     };
-    let above = all(&|x| x - high);
-    let below = all(&|x| low - x);
+    let above = all_above(&|x| x - high);
+    let below = all_above(&|x| low - x);
     if above > clear {
         Some(above)
     } else if below > clear {

@@ -147,16 +147,16 @@ fn joined(times: &[f64], runs: Vec<(usize, usize)>, gap: f64) -> Vec<(usize, usi
 /// Mean of the values within `reach` before or after a sample.
 fn near(times: &[f64], values: &[f64], k: usize, reach: f64, forwards: bool) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
-    let mut at = k;
-    while (times[at] - times[k]).abs() <= reach {
-        if values[at].is_finite() {
-            sum += values[at];
+    let mut start = k;
+    while (times[start] - times[k]).abs() <= reach {
+        if values[start].is_finite() {
+            sum += values[start];
             count += 1.0;
         }
-        if (forwards && at + 1 == times.len()) || (!forwards && at == 0) {
+        if (forwards && start + 1 == times.len()) || (!forwards && start == 0) {
             break;
         }
-        at = if forwards { at + 1 } else { at - 1 };
+        start = if forwards { start + 1 } else { start - 1 };
     }
     (count > 0.0).then(|| sum / count)
 }

@@ -16,9 +16,9 @@ pub(crate) fn controls(
     written: &[String],
 ) -> Value {
     let parameter = |parameter: &Parameter| {
-        let mut all = json!(parameter);
-        all["writable"] = json!(written.contains(&parameter.name));
-        all
+        let mut control = json!(parameter);
+        control["writable"] = json!(written.contains(&parameter.name));
+        control
     };
     let variant = |variant: &VariantChoices| json!(variant);
     let effect = |effect: &Applicable| {

@@ -26,7 +26,7 @@ use crate::values::Values;
 /// Number of models that stay compiled: a page switches between a few choices.
 const MOST_READY: usize = 4;
 
-/// Maximum number of kept curves that are distinguishable beside the current ones.
+/// Maximum number of kept curves that are distinguishable from the current ones.
 const MOST_KEPT: usize = 4;
 
 /// The choices of a compiled model: variants and effects.
@@ -134,11 +134,11 @@ impl Bench {
         let kept: Vec<&Kept> =
             self.kept.iter().filter(|kept| ask.kept.contains(&kept.number)).collect();
         let charts = of_run(&simulated, &kept, &ask.have);
-        let mut all = run(&simulated);
-        all["ok"] = json!(true);
-        all["digest"] = json!(digest(text));
-        all["controls"] = controls;
-        Ok(Answer { all, charts: Some(charts) })
+        let mut answer = run(&simulated);
+        answer["ok"] = json!(true);
+        answer["digest"] = json!(digest(text));
+        answer["controls"] = controls;
+        Ok(Answer { all: answer, charts: Some(charts) })
     }
 
     fn sensitivities(&self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
@@ -146,20 +146,20 @@ impl Bench {
             return Ok(Answer::new(json!({ "ok": true, "markup": "" })));
         };
         let free = description.parameters.iter().filter(|parameter| !parameter.fixed);
-        let to: Vec<String> = free.map(|parameter| parameter.name.clone()).collect();
-        if to.is_empty() || description.outputs.is_empty() {
+        let directions: Vec<String> = free.map(|parameter| parameter.name.clone()).collect();
+        if directions.is_empty() || description.outputs.is_empty() {
             return Ok(Answer::new(json!({ "ok": true, "markup": "" })));
         }
         let mut run = self.request_of(ask);
         run.choices.set.extend(self.settings(ask));
         let mut request = SensitivityRequest::new(run);
         request.scaled = true;
-        request.to = to;
+        request.to = directions;
         let single = description.outputs.iter().filter(|output| output.range.is_none());
         let units: Vec<&str> = single.clone().map(|output| &*output.unit).collect();
         request.of = single.map(|output| output.name.clone()).collect();
-        let found = sensitivity(&request, session)?;
-        let charts = of_sensitivities(&found, &units, &ask.have);
+        let sensitivities = sensitivity(&request, session)?;
+        let charts = of_sensitivities(&sensitivities, &units, &ask.have);
         Ok(Answer { all: json!({ "ok": true }), charts: Some(charts) })
     }
 
@@ -201,20 +201,20 @@ impl Bench {
     }
 
     fn simulate(&mut self, ask: &Ask, session: Session<'_>) -> Result<Simulated, WorkError> {
-        let at = self.ready(ask, session)?;
+        let position = self.ready(ask, session)?;
         let values = self.known_values(ask);
-        self.ready[at].prepared.simulate(&values)
+        self.ready[position].prepared.simulate(&values)
     }
 
     /// The values of parameters that the model has: a page may still send those of an earlier text.
     fn known_values<'a>(&self, ask: &'a Ask) -> Vec<(&'a str, f64)> {
         let parameters = self.described(ask).map_or(&[][..], |found| &found.parameters);
         let is_known = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
-        let all = ask.values.iter().map(|(name, value)| (name.as_str(), *value));
-        all.filter(|(name, _)| is_known(name)).collect()
+        let values = ask.values.iter().map(|(name, value)| (name.as_str(), *value));
+        values.filter(|(name, _)| is_known(name)).collect()
     }
 
-    /// The same in command-line form.
+    /// [`Self::known_values`] in command-line form.
     fn settings(&self, ask: &Ask) -> Vec<String> {
         let values = self.known_values(ask).into_iter();
         values.map(|(name, value)| format!("{name}={value:?}")).collect()
@@ -264,15 +264,15 @@ impl Bench {
     fn in_words(&self, ask: &Ask) -> String {
         let parameters = self.described(ask).map(|description| &*description.parameters);
         let value = |(name, value): (&String, &f64)| {
-            let own = parameters.and_then(|all| all.iter().find(|one| one.name == *name));
-            let unit = own.map_or("", |parameter| &parameter.unit);
+            let declared = parameters.and_then(|all| all.iter().find(|one| one.name == *name));
+            let unit = declared.map_or("", |parameter| &parameter.unit);
             format!("{name} = {}", with_unit(value, unit))
         };
         let variants = ask.variant.iter().map(|(name, choice)| format!("{name}: {choice}"));
         let effects = ask.apply.iter().map(|effect| format!("with {effect}"));
-        let all: Vec<String> =
+        let words: Vec<String> =
             ask.values.iter().map(value).chain(variants).chain(effects).collect();
-        if all.is_empty() { "as in the file".to_owned() } else { all.join(", ") }
+        if words.is_empty() { "as in the file".to_owned() } else { words.join(", ") }
     }
 }
 
@@ -299,11 +299,11 @@ impl Answer {
     }
 
     fn to_json(&self, remarks: &[String]) -> String {
-        let mut all = self.all.clone();
-        all["remarks"] = json!(remarks);
-        let Some(charts) = &self.charts else { return all.to_string() };
-        all["markup"] = json!(charts.markup);
-        let text = all.to_string();
+        let mut fields = self.all.clone();
+        fields["remarks"] = json!(remarks);
+        let Some(charts) = &self.charts else { return fields.to_string() };
+        fields["markup"] = json!(charts.markup);
+        let text = fields.to_string();
         let open = text.strip_suffix('}').unwrap_or(&text);
         format!("{open},\"charts\":{}}}", charts.json)
     }

@@ -59,8 +59,8 @@ pub(crate) fn of_sensitivities(
     for (trajectory, symbol) in found.trajectories.iter().zip(units) {
         // A state of the same name may have another declared unit.
         let unit = parse_unit(symbol).map_or(1.0, |unit| unit.of_differences().factor);
-        let own = columns.by_ref().take(each);
-        let series = own.enumerate().map(|(k, column)| Series {
+        let group = columns.by_ref().take(each);
+        let series = group.enumerate().map(|(k, column)| Series {
             meaning: Meaning::Variant(k),
             ..Series::new(
                 Text::name(column.name.split('*').next().unwrap_or(&column.name)),

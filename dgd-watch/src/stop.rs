@@ -1,4 +1,4 @@
-//! Stops a run that nobody waits for any more.
+//! Stops a run whose result is no longer needed.
 
 use dgd_runtime::Watched;
 

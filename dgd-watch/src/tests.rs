@@ -63,13 +63,13 @@ fn a_run_has_what_was_chosen_set_and_measured() {
     // In minutes, with the other law, and with the effect.
     let moved = asked(&mut bench, &files, r#"{"values":{"tau":4}}"#);
     assert!((last(&moved, 0) - 80.0 * (-1.25_f64).exp()).abs() < 1e-3);
-    let held = asked(&mut bench, &files, r#"{"variant":{"law":"none"}}"#);
-    assert!((last(&held, 0) - 80.0).abs() < 1e-3);
+    let without_law = asked(&mut bench, &files, r#"{"variant":{"law":"none"}}"#);
+    assert!((last(&without_law, 0) - 80.0).abs() < 1e-3);
     let heated = asked(&mut bench, &files, r#"{"apply":["heat"],"values":{"P":3}}"#);
     assert!((last(&heated, 0) - (3.0 + 77.0 * (-2.5_f64).exp())).abs() < 1e-3);
     assert_eq!(heated["controls"]["effects"][0]["applied"], json!(true));
-    let own = heated["controls"]["parameters"].as_array().expect("parameters");
-    let effect = own.iter().find(|one| one["name"] == json!("P")).expect("the effect's");
+    let parameters = heated["controls"]["parameters"].as_array().expect("parameters");
+    let effect = parameters.iter().find(|one| one["name"] == json!("P")).expect("the effect's");
     assert_eq!(effect["writable"], json!(false), "it stands in another file");
 }
 

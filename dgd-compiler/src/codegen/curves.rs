@@ -9,7 +9,7 @@ use super::number;
 use crate::expr::curve::CurveId;
 use crate::program::{Loop, Operation, Program};
 
-/// The constants of all curves that the functions of a program read.
+/// The curves that the functions of a program evaluate.
 pub(super) fn statics(program: &Program) -> TokenStream {
     let of_functions = program.functions.iter().flat_map(|function| {
         let of_loops = function.loops.iter().flat_map(Loop::operations);
@@ -44,7 +44,7 @@ pub(super) fn statics(program: &Program) -> TokenStream {
     quote!(#(#statics)*)
 }
 
-/// What a curve is called in generated code: the same name for the same curve.
+/// A curve's name in generated code; equal curves share one.
 pub(super) fn name(curve: CurveId) -> Ident {
     format_ident!("_CURVE_{:016X}", curve.digest())
 }

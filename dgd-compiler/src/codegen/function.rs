@@ -16,7 +16,7 @@ use crate::program::{
 };
 use crate::source::Sources;
 
-/// An expression stays in one piece up to this many operations deep.
+/// Expressions nest up to this many operations in one statement.
 pub(super) const DEEPEST_PIECE: usize = 8;
 
 /// How tightly a piece of code binds.
@@ -74,7 +74,7 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
         let n = values.len();
         let len = index(n);
         if function.kind == FunctionKind::Rhs {
-            // One statement for each equation, with its place.
+            // One statement for each equation, with its source position.
             let rows = values.iter().enumerate().map(|(i, value)| {
                 let doc = doc_of_row(program, i, sources);
                 let row = format_ident!("_row_{}", i);
@@ -98,7 +98,7 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
     }
 }
 
-/// What stands above the row of an unknown or an element.
+/// The comment above the row of an unknown or an element.
 pub(super) fn doc_of_row(program: &Program, row: usize, sources: &Sources) -> String {
     match program.source.rows.get(row) {
         Some(own) => row_doc(program, row, *own, sources),
@@ -106,7 +106,7 @@ pub(super) fn doc_of_row(program: &Program, row: usize, sources: &Sources) -> St
     }
 }
 
-/// What stands above a row: its equation, where that is, and the left side.
+/// The comment above a row: its equation, its source position and its left side.
 fn row_doc(program: &Program, row: usize, own: Row, sources: &Sources) -> String {
     let (line, _) = sources.line_column(own.span);
     let unknown = &program.signature.unknowns.single[row];
@@ -213,7 +213,7 @@ fn result_name(kind: ResultKind) -> Ident {
     Ident::new(name, Span::call_site())
 }
 
-/// Turns operations into statements: what is used once is written where it is used.
+/// Turns operations into statements; a value used once is written inline.
 pub(super) struct Body<'a> {
     program: &'a Program,
     operations: &'a [Operation],
@@ -232,7 +232,7 @@ impl<'a> Body<'a> {
         for value in function.results.iter().flatten() {
             uses[value.index()] += 1;
         }
-        // What a loop reads is computed once, before it.
+        // Operands of a loop are computed once, before it.
         for part in &function.loops {
             for value in part.reads() {
                 if let Some(uses) = uses.get_mut(value.index()) {
@@ -243,8 +243,7 @@ impl<'a> Body<'a> {
         Self::named(program, &function.body, uses, &function.names)
     }
 
-    /// The operations of a series; `read` is what its recurrences and results read, each computed
-    /// once.
+    /// The operations of a series; `read` holds the operands of its recurrences and results, each computed once.
     pub(super) fn of_series(
         program: &'a Program,
         series: &'a Series,
@@ -302,25 +301,24 @@ impl<'a> Body<'a> {
         Statements { statements, pieces }
     }
 
-    /// What an input is called, declared, delayed, the slope of a delayed one, or about an unknown that
-    /// is read late.
+    /// Name of an input: declared, delayed, the slope of a delayed one, or one for a delayed unknown.
     fn input_name(&self, index: usize) -> Ident {
         let signature = &self.program.signature;
         let Signature { inputs, delayed_inputs, .. } = signature;
-        let of = |late: usize| &inputs[delayed_inputs[late].input].name;
+        let input_name = |late: usize| &inputs[delayed_inputs[late].input].name;
         if let Some(past) = index.checked_sub(signature.past().first) {
             return format_ident!("_past_{}", past);
         }
         match index.checked_sub(inputs.len()) {
             None => identifier(&inputs[index].name),
             Some(late) => match late.checked_sub(delayed_inputs.len()) {
-                None => format_ident!("_{}_late_{}", of(late), late),
-                Some(late) => format_ident!("_{}_late_{}_slope", of(late), late),
+                None => format_ident!("_{}_late_{}", input_name(late), late),
+                Some(late) => format_ident!("_{}_late_{}_slope", input_name(late), late),
             },
         }
     }
 
-    /// What a number of an argument is called.
+    /// Name of the variable that holds a number of an argument.
     fn load_name(&self, argument: Argument, index: usize) -> Option<Ident> {
         match argument {
             Argument::Y => {
@@ -366,9 +364,9 @@ pub(super) fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) 
         Operation::LoadSwept(argument, Place { first, by_round })
         | Operation::LoadRound(argument, Place { first, by_round }) => {
             let by_passage = matches!(operation, Operation::LoadSwept(..));
-            let at = loops::place(first as usize, by_round as isize, by_passage);
+            let position = loops::place(first as usize, by_round as isize, by_passage);
             let array = array(argument);
-            atom(quote!(#array[#at]))
+            atom(quote!(#array[#position]))
         }
         Operation::Counter => atom(quote!((_k as f64))),
         Operation::Round => atom(quote!((_r as f64))),

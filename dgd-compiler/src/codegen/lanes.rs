@@ -1,4 +1,4 @@
-//! The functions at several points at once: those at one point in a loop, of which the sizes are known.
+//! The functions at several points at once: loops, of fixed sizes, over those for one point.
 
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -6,7 +6,7 @@ use quote::quote;
 use super::index;
 use crate::program::Program;
 
-/// Methods of `Solved` for ensembles; none for models with discrete numbers, which are not run so.
+/// Methods of `Solved` for ensembles; none for models with discrete numbers, which ensembles do not support.
 pub(super) fn methods(program: &Program) -> TokenStream {
     let signature = &program.signature;
     if !signature.discrete.is_empty() {

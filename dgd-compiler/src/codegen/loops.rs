@@ -1,4 +1,4 @@
-//! What a function writes where it has rows of arrays: single numbers one by one, families in loops.
+//! Writes of a function with rows of arrays: single values one by one, families in loops.
 
 use std::collections::BTreeMap;
 
@@ -28,12 +28,12 @@ pub(super) fn writes(
         for (i, value) in values.iter().enumerate() {
             let place = function.places[r].as_ref().map_or(i, |places| places[i]);
             let value = &pieces[value].tokens;
-            let at = index(place);
+            let position = index(place);
             out.extend(if is_rhs {
                 let doc = doc_of_row(program, place, sources);
-                quote!(#[doc = #doc] let _row: f64 = #value; #name[#at] = _row;)
+                quote!(#[doc = #doc] let _row: f64 = #value; #name[#position] = _row;)
             } else {
-                quote!(#name[#at] = #value;)
+                quote!(#name[#position] = #value;)
             });
         }
     }
@@ -68,23 +68,23 @@ pub(super) fn writes(
     out
 }
 
-/// A place of a loop, which moves with the rounds, and with the passages where it says so.
+/// A position in a loop, which advances with the rounds and optionally with the passages.
 pub(super) fn place(first: usize, by_round: isize, by_passage: bool) -> TokenStream {
-    let by = index(by_round.unsigned_abs());
+    let step = index(by_round.unsigned_abs());
     let first = (first > 0).then(|| {
         let first = index(first);
         quote!(#first)
     });
     let of_round =
-        (by_round > 0).then(|| if by_round == 1 { quote!(_r) } else { quote!(#by * _r) });
+        (by_round > 0).then(|| if by_round == 1 { quote!(_r) } else { quote!(#step * _r) });
     let of_passage = by_passage.then(|| quote!(_k));
     let sum = [first, of_round, of_passage].into_iter().flatten();
     let place = sum.reduce(|sum, term| quote!(#sum + #term)).unwrap_or_else(|| quote!(0));
-    if by_round < 0 { quote!(#place - #by * _r) } else { place }
+    if by_round < 0 { quote!(#place - #step * _r) } else { place }
 }
 
-/// The operations of a loop's rounds, and those of its passages: what is used once is written where it is used, but
-/// what belongs to a round is computed before its passages.
+/// The operations of a loop's rounds and of its passages. A value used once is written inline, but the values of a
+/// round are computed before its passages.
 fn statements(
     part: &Loop,
     begin: usize,
@@ -127,7 +127,7 @@ fn statements(
     (of_rounds, statements)
 }
 
-/// What stands above the rows of elements; of rounds, without the index of the first.
+/// The comment above the rows of elements; for rounds, without the first index.
 pub(super) fn family_doc(
     program: &Program,
     row: usize,
@@ -137,11 +137,13 @@ pub(super) fn family_doc(
     let unknowns = &program.signature.unknowns;
     let mut rows = unknowns.families.iter().zip(&program.source.families);
     let mut before = unknowns.single.len();
-    let found = rows.find(|(family, _)| {
+    let equation_of_row = rows.find(|(family, _)| {
         before += family.count;
         row < before
     });
-    let Some((Family { equation, differential, .. }, span)) = found else { return String::new() };
+    let Some((Family { equation, differential, .. }, span)) = equation_of_row else {
+        return String::new();
+    };
     let name = array_of(&unknowns.arrays, row - unknowns.single.len());
     let shown = |name| if in_rounds { without_indices(name) } else { name };
     let (equation, name) = (shown(equation), shown(name));
@@ -162,9 +164,9 @@ fn without_indices(mut name: &str) -> &str {
 /// The name of the array that has an element, counted over all of them.
 fn array_of(arrays: &[Array], element: usize) -> &str {
     let mut before = 0;
-    let found = arrays.iter().find(|array| {
+    let holder = arrays.iter().find(|array| {
         before += array.count;
         element < before
     });
-    found.map_or("", |array| &array.name)
+    holder.map_or("", |array| &array.name)
 }

@@ -1,8 +1,7 @@
 //! Program → Rust tokens: a module with the model's type, its named fields and its functions.
 //!
-//! Generated code is read by people. It names only `::core` and `::dgd::__runtime`, keeps the
-//! model's names, and marks each equation with the place it comes from. Names of its own begin
-//! with an underscore, which no name of a model does.
+//! Generated code is meant to be read. It refers only to `::core` and `::dgd::__runtime`, keeps the model's names, and
+//! cites the source position of each equation. Its own names begin with an underscore, unlike any name of a model.
 
 mod curves;
 mod fields;
@@ -20,12 +19,12 @@ use dgd_signature::Features;
 use crate::program::Program;
 use crate::source::Sources;
 
-/// Up to this many unknowns, and this many sensitivities, a model's numbers live in arrays on the
-/// stack. A solver keeps about thirty arrays of sensitivities: 120 kB at most.
+/// Models with at most this many unknowns, and this many sensitivities, keep their numbers in arrays on the stack. A
+/// solver keeps about thirty arrays of sensitivities: 120 kB at most.
 const MOST_UNKNOWNS_ON_STACK: usize = 24;
 const MOST_SENSITIVITIES_ON_STACK: usize = 512;
 
-/// The module of a program under this name. `sources` are those that it was compiled from.
+/// The module of a program under this name; `sources` are its source files.
 pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStream {
     let module = identifier(module);
     let doc = doc_attributes(&program.source.doc);
@@ -136,7 +135,7 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
     }
 }
 
-/// What a solver of this model need not look for.
+/// Flags that let a solver skip work that this model does not need.
 fn features(program: &Program) -> TokenStream {
     let Features { events, past, algebraic, conserved } = program.features;
     quote! {
@@ -153,17 +152,17 @@ fn features(program: &Program) -> TokenStream {
 /// A name of the model as an identifier of Rust.
 pub fn identifier(name: &str) -> Ident {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
-    // Names of parts have a point; two names that differ only in that have been refused before.
+    // Names of parts contain a point; names that differ only in it were refused earlier.
     if name.contains('.') && name.chars().all(|c| is_word(c) || c == '.') {
         return identifier(&name.replace('.', "_"));
     }
-    // Unknowns that were added, `der(x)`, `share(1)` and `x - y`, have no identifiers for names. No name of a
-    // model begins with `_`.
+    // Unknowns that were added, `der(x)`, `share(1)` and `x - y`, need spelling out. No name of a model begins with
+    // `_`.
     if !name.chars().all(is_word) {
         return Ident::new(&spelt_out(name), Span::call_site());
     }
     match name {
-        // Not even raw identifiers, or constants where they are bound.
+        // Neither raw identifiers nor, where they are bound, names of constants.
         "self" | "Self" | "super" | "crate" | "None" | "Some" | "Ok" | "Err" | "Model"
         | "SIGNATURE" => Ident::new(&format!("_{name}"), Span::call_site()),
         _ if is_keyword(name) => Ident::new_raw(name, Span::call_site()),
@@ -202,12 +201,12 @@ fn is_keyword(name: &str) -> bool {
     KEYWORDS.contains(&name)
 }
 
-/// A size or position, without the type that `quote` would put behind it.
+/// A size or position without the type suffix that `quote` would add.
 fn index(value: usize) -> proc_macro2::Literal {
     proc_macro2::Literal::usize_unsuffixed(value)
 }
 
-/// A number as Rust spells it: the same bits when read back.
+/// A number as a Rust literal that reads back as the same bits.
 fn number(value: f64) -> TokenStream {
     let magnitude = value.abs();
     let token = if magnitude.is_finite() {

@@ -100,7 +100,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             quote!(::dgd::__runtime::codegen::Lazy::new(|| with_arrays(#signature, &#added))),
         )
     };
-    // In a block, as `Inputs` and `Unknowns` are types of the module, too.
+    // In a block because `Inputs` and `Unknowns` are also types of the module.
     quote! {
         static SIGNATURE: #of = {
             #[allow(unused_imports)]
@@ -218,7 +218,7 @@ fn direction(of: Direction) -> TokenStream {
     }
 }
 
-/// What arrays add to the description.
+/// The description of the arrays.
 fn arrays(program: &Program) -> TokenStream {
     let unknowns = &program.signature.unknowns;
     let arrays = unknowns.arrays.iter().map(|array| {
@@ -353,9 +353,9 @@ fn discrete(of: &Discrete, program: &Program) -> TokenStream {
 
 /// The event functions as data.
 fn formulas(of: &Formulas, program: &Program) -> TokenStream {
-    // Operation by operation the function that they are made of, which names the curves.
+    // Operation by operation, from the function that they were compiled into, which names the curves.
     let function = &program.function(FunctionKind::EventFunctions).body;
-    let at = |position: &u32| Literal::u32_unsuffixed(*position);
+    let literal = |position: &u32| Literal::u32_unsuffixed(*position);
     let operations = of.operations.iter().zip(function).map(|(operation, own)| match operation {
         Operation::Constant(value) => {
             let value = number(*value);
@@ -363,27 +363,27 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
         }
         Operation::Time => quote!(Time),
         Operation::Call(name, a) => {
-            let a = at(a);
+            let a = literal(a);
             quote!(Call(#name, #a))
         }
         Operation::Call2(name, a, b) => {
-            let [a, b] = [a, b].map(at);
+            let [a, b] = [a, b].map(literal);
             quote!(Call2(#name, #a, #b))
         }
         Operation::Curve(_, a) => {
             let program::Operation::Curve(curve, _) = own else {
                 unreachable!("data and function have the same operations")
             };
-            let (curve, a) = (curves::name(*curve), at(a));
+            let (curve, a) = (curves::name(*curve), literal(a));
             quote!(Curve(&#curve, #a))
         }
-        // The others have positions alone.
+        // The others hold only positions.
         Operation::Unknown(i)
         | Operation::Input(i)
         | Operation::Parameter(i)
         | Operation::Discrete(i)
         | Operation::Negate(i)
-        | Operation::Not(i) => named(operation, &[i].map(at)),
+        | Operation::Not(i) => named(operation, &[i].map(literal)),
         Operation::Add(a, b)
         | Operation::Subtract(a, b)
         | Operation::Multiply(a, b)
@@ -391,11 +391,11 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
         | Operation::Above(a, b)
         | Operation::NotBelow(a, b)
         | Operation::And(a, b)
-        | Operation::Or(a, b) => named(operation, &[a, b].map(at)),
-        Operation::Select(c, a, b) => named(operation, &[c, a, b].map(at)),
+        | Operation::Or(a, b) => named(operation, &[a, b].map(literal)),
+        Operation::Select(c, a, b) => named(operation, &[c, a, b].map(literal)),
     });
     let operations = operations.map(|operation| quote!(Operation::#operation));
-    let results = of.results.iter().map(at);
+    let results = of.results.iter().map(literal);
     quote! {
         Formulas {
             operations: List::Borrowed(&[#(#operations),*]),
@@ -438,7 +438,7 @@ fn pattern(of: &Pattern) -> TokenStream {
     quote!(Pattern::single(&[#(#rows),*], &[#(#columns),*]))
 }
 
-/// A variant without fields is called what its `Debug` writes.
+/// The name of a variant without fields, as in its `Debug` output.
 fn variant(of: &impl Debug) -> Ident {
     Ident::new(&format!("{of:?}"), Span::call_site())
 }

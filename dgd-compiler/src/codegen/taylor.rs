@@ -1,8 +1,8 @@
-//! The methods of `System` that give Taylor series.
+//! The methods of `System` that compute Taylor series.
 //!
 //! ```text
-//!   the values at the beginning
-//!   for each order: the coefficients of y and S from the slopes before, then those of the slopes
+//!   the initial values
+//!   for each order: the coefficients of y and S from the previous slopes, then their own slopes
 //! ```
 
 use proc_macro2::{Ident, Span, TokenStream};
@@ -59,7 +59,7 @@ pub(super) fn methods(program: &Program) -> TokenStream {
     }
 }
 
-/// The method that a series becomes.
+/// The method that a series is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Name {
     Taylor,
@@ -139,7 +139,7 @@ struct Code<'a> {
 }
 
 impl Code<'_> {
-    /// Values at the beginning, and slopes there.
+    /// Initial values and slopes.
     fn beginning(&self) -> TokenStream {
         let series = self.series;
         let constants = series.constants();
@@ -164,7 +164,7 @@ impl Code<'_> {
             },
             |_| true,
         );
-        // Recurrences read what does not move by the names that it has here.
+        // Recurrences read constants by the names that they have here.
         let fixed = constants.into_iter().map(|fixed| {
             let (name, value) = (fixed_name(fixed), value(fixed));
             quote!(let #name = #value;)
@@ -187,8 +187,8 @@ impl Code<'_> {
         let statements = moving.map(|(value, recurrence)| {
             let (name, coefficient) = (moving_name(value), self.coefficient(value, recurrence));
             let keep = series.kept[value.index()].map(|own| {
-                let own = format_ident!("_c{}", own);
-                quote!(::dgd::__runtime::taylor::keep(#own, _k, #name);)
+                let coefficient = format_ident!("_c{}", own);
+                quote!(::dgd::__runtime::taylor::keep(#coefficient, _k, #name);)
             });
             quote!(let #name: f64 = #coefficient; #keep)
         });
@@ -202,11 +202,11 @@ impl Code<'_> {
             &value,
             |entry| {
                 let column = index(entry.column);
-                let own = series.kept[entry.value.index()].filter(|_| series.moves(entry.value));
-                if let Some(own) = own {
-                    let own = format_ident!("_c{}", own);
+                let kept = series.kept[entry.value.index()].filter(|_| series.moves(entry.value));
+                if let Some(kept) = kept {
+                    let coefficient = format_ident!("_c{}", kept);
                     quote!(::dgd::__runtime::taylor::add_product(
-                        _row, #own, _s, #n, #column, _k,
+                        _row, #coefficient, _s, #n, #column, _k,
                     );)
                 } else {
                     let fixed = fixed_name(entry.value);
@@ -224,8 +224,7 @@ impl Code<'_> {
         }
     }
 
-    /// g of an order, row by row: what `add` makes of the entries of ∂f/∂y, and the entries of ∂f/∂θ that
-    /// count.
+    /// g of an order, row by row: `add` combines the entries of ∂f/∂y and the relevant entries of ∂f/∂θ.
     fn slopes_of_sensitivities(
         &self,
         value: &dyn Fn(ValueId) -> TokenStream,
@@ -255,7 +254,7 @@ impl Code<'_> {
         quote!(#(#rows)*)
     }
 
-    /// Keeps the values at the beginning.
+    /// Stores the initial values.
     fn keeps(&self, value: &dyn Fn(ValueId) -> TokenStream) -> TokenStream {
         let kept = (0u32..)
             .zip(&self.series.kept)
@@ -291,8 +290,8 @@ impl Code<'_> {
     /// The coefficient of order `_k` of a value.
     fn coefficient(&self, own: ValueId, recurrence: Recurrence) -> TokenStream {
         let kept = |value: ValueId| {
-            let own = self.series.kept[value.index()];
-            format_ident!("_c{}", own.unwrap_or_else(|| unreachable!("what is read is kept")))
+            let kept = self.series.kept[value.index()];
+            format_ident!("_c{}", kept.unwrap_or_else(|| unreachable!("what is read is kept")))
         };
         let call = |name: &str, arguments: TokenStream| {
             let name = Ident::new(name, Span::call_site());
@@ -365,12 +364,12 @@ impl Code<'_> {
     }
 }
 
-/// A value that does not move.
+/// Name of a constant value.
 fn fixed_name(value: ValueId) -> Ident {
     format_ident!("_f{}", value.0)
 }
 
-/// The coefficient of a value.
+/// Name of the coefficient of a varying value.
 fn moving_name(value: ValueId) -> Ident {
     format_ident!("_d{}", value.0)
 }

@@ -1,4 +1,4 @@
-//! Model → Dae: the list of the passes, each with what it eliminates.
+//! Model → Dae: the list of the passes, and what each eliminates.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,55 +18,55 @@ use crate::diagnostics::{Diagnostics, Reported};
 use crate::expr::{ExprId, Graph};
 use crate::model::Model;
 
-/// More elements of arrays are not written out at once for index reduction.
+/// Index reduction writes out at most this many elements of arrays.
 const MOST_WRITTEN_OUT: usize = 2_000;
 
 /// Brings a model to the form M ẏ = f.
 ///
-/// Arrays that take part in index reduction are written out, element by element; all others stay arrays.
-/// Every combination of modes is brought there by itself; the rows then choose between them.
+/// Arrays that take part in index reduction are written out, element by element; all others stay arrays. Every
+/// combination of modes is reduced separately; the rows then choose between them.
 ///
 /// # Errors
 ///
-/// [`Reported`] where equations and unknowns do not match, or the index cannot be reduced to 1.
+/// [`Reported`] if equations and unknowns do not match, or the index cannot be reduced to 1.
 pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Reported> {
     let mut model = Cow::Borrowed(model);
     loop {
         // Arrays that index reduction would have to take apart.
         let mut tied = BTreeSet::new();
-        let mut own = Diagnostics::default();
-        let attempt = assemble_as_it_is(&model, &mut tied, &mut own);
+        let mut problems = Diagnostics::default();
+        let attempt = assemble_as_it_is(&model, &mut tied, &mut problems);
         let elements = tied.iter().map(|array| model.arrays[*array].count as usize);
         if attempt.is_err() && !tied.is_empty() && elements.sum::<usize>() <= MOST_WRITTEN_OUT {
             model = Cow::Owned(families::written_out(&model, &tied));
             continue;
         }
-        for diagnostic in own.sorted() {
+        for diagnostic in problems.sorted() {
             diagnostics.error(diagnostic.clone());
         }
         return attempt;
     }
 }
 
-/// The same with the arrays that the model has; `tied` are those that keep the index from being reduced.
+/// [`assemble`] without writing out arrays; those that prevent index reduction are added to `tied`.
 fn assemble_as_it_is(
     model: &Model,
     tied: &mut BTreeSet<usize>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Dae, Reported> {
     let mut graph = Graph::default();
-    // After this: no delay that may jump by itself. It is an unknown, whose equation has the events.
+    // After this: no delay that may jump by itself. It is an unknown whose equation has the events.
     let (model, lags) = delays::with_lags(model);
     let model = &*model;
     // After this: no named constants, and no equation with two sides: 0 = right − left.
     let mut transferred = transfer(model, &lags, &mut graph);
-    // After this: no delays within expressions. What is late is a symbol of its own.
+    // After this: no delays within expressions. Delayed values are symbols of their own.
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
     // After this: no conditions on time; they are discrete numbers. Delays come first, as a condition
     // on an earlier time switches at a time of its own.
     let (mut time_conditions, clocks) =
         transferred.take_time_conditions(&mut graph, n_automata(model));
-    // After this: no element of an array without the equation that determines it.
+    // After this: no element of an array without an equation that determines it.
     let mut plan = families::plan(model, &mut graph, &transferred, tied, diagnostics)?;
     let origins = Origins::of(model, &transferred);
     // After this: no implicit derivatives and no index above 1, in any combination of modes.
@@ -133,19 +133,19 @@ fn assemble_as_it_is(
     switches::histories::verify(&mut dae, model, diagnostics)?;
     // After this: no switch in a row whose value or slope jumps without an event.
     switches::locate(&mut dae, model);
-    // What slides takes part in no jump.
+    // Sliding variables take part in no jump.
     dae.impulses.pad(&mut dae.graph, dae.unknowns.len());
     // After this: no slopes of inputs; they are inputs of their own.
     take_slopes(&mut dae);
     // After this: no elements of arrays; they are unknowns.
     let dae = families::place(dae, model, &origins, diagnostics)?;
-    // After this: a model that starts at rest can be at rest, and nobody estimates its start values.
+    // After this: a model that starts at rest can be at rest, and its start values are not estimated.
     let dae = rest::verify(dae, model, diagnostics)?;
-    // After this: as many start equations as states that they determine, and nobody estimates these.
+    // After this: as many start equations as states that they determine, and none of these is estimated.
     start_equations::verify(dae, model, diagnostics)
 }
 
-/// A system with what a model declares and no equations yet.
+/// A system with the declarations of a model and no equations yet.
 fn declared(model: &Model) -> Dae {
     Dae {
         name: model.name.clone(),

@@ -1,7 +1,7 @@
 //! The system to be solved: M ẏ = f(t, y, u, p, z) with M(z) = diag(1 or 0), square and of index 1.
 //!
 //! z are the discrete numbers, which change at events only: the mode of each `modes` block, counted
-//! from 0, then one for each condition on time, 1 where it holds and 0 where it does not.
+//! from 0, then one for each condition on time, 1 if it holds and 0 if not.
 
 mod assemble;
 mod delays;
@@ -31,22 +31,20 @@ pub use dgd_signature::{
 };
 pub(crate) use families::row_of;
 
-/// What `assemble` promises:
+/// `assemble` guarantees that
 ///
-/// - as many rows as unknowns, row i of unknown i: ẏᵢ = fᵢ where it is differential, else 0 = fᵢ,
-/// - the algebraic rows determine the algebraic unknowns structurally: the index is 1 at most,
+/// - there are as many rows as unknowns, row i of unknown i: ẏᵢ = fᵢ if it is differential, else 0 = fᵢ,
+/// - the algebraic rows determine the algebraic unknowns structurally: the index is at most 1,
 /// - both hold in every combination of modes, between which the rows choose by z,
-/// - expressions are simplified and hold times, parameters, inputs, unknowns and discrete numbers
-///   only; comparisons that parameters and time decide are discrete numbers,
-/// - nothing in them is delayed: what arrives late is an input after the declared ones, an unknown
-///   that is read late a symbol of its own, and what an output reads late as a whole an output with a
-///   delay.
+/// - expressions are simplified and contain only times, parameters, inputs, unknowns and discrete numbers; comparisons
+///   that parameters and time decide are discrete numbers,
+/// - nothing in them is delayed: a delayed input is an input after the declared ones, a delayed unknown a symbol of its
+///   own, and an output delayed as a whole an output with a delay.
 ///
-/// A derivative that cannot be solved for row by row has become an algebraic unknown of its own,
-/// named `der(x)`; a combination of derivatives that can be, the derivative of an unknown named as
-/// the combination. Equations that only tied states together stand beside their derivatives, and
-/// as many of the states have become algebraic; where which of them can be changes along a
-/// solution, an automaton of kind [`AutomatonKind::States`] chooses.
+/// A derivative that cannot be solved for row by row has become an algebraic unknown of its own, named `der(x)`; a
+/// combination of derivatives that can be, the derivative of an unknown named after the combination. Equations that
+/// only tied states together are kept along with their derivatives, and as many of the states have become algebraic; if
+/// the choice of these states changes along a solution, an automaton of kind [`AutomatonKind::States`] makes it.
 #[derive(Debug, Clone)]
 pub struct Dae {
     /// The model's name.
@@ -63,7 +61,7 @@ pub struct Dae {
     pub families: Vec<Family>,
     /// Parameters, as declared.
     pub parameters: Vec<Parameter>,
-    /// What `smooth` of tables says of them.
+    /// Smoothness of tables, from `smooth`.
     pub smoothness: Vec<Smoothness>,
     /// Inputs, as declared.
     pub inputs: Vec<Input>,
@@ -71,43 +69,43 @@ pub struct Dae {
     pub delays: Vec<Delay>,
     /// Distinct delays that vary: of time, inputs and unknowns that are differential in every mode.
     pub varying_delays: Vec<Delay>,
-    /// Inputs u after the declared ones: declared inputs that arrive late.
+    /// Inputs u after the declared ones: delayed copies of declared inputs.
     pub delayed_inputs: Vec<DelayedInput>,
-    /// Unknowns that equations read late.
+    /// Delayed unknowns in equations.
     pub delayed_unknowns: Vec<DelayedUnknown>,
-    /// Inputs that equations are differentiated through: they must not jump.
+    /// Inputs through which equations are differentiated: they must not jump.
     pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Whether a run begins at rest.
     pub starts_at_rest: bool,
-    /// What holds at the start besides the equations.
+    /// Equations that hold at the start in addition to the others.
     pub start_equations: Vec<StartEquation>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
-    /// How readings scatter where `noise` is more than a number.
+    /// Distributions of the readings for which `noise` is more than a number.
     pub densities: Vec<Density>,
     /// Outputs for each element of an array, after the others.
     pub output_arrays: Vec<OutputArray>,
     /// Names that the model gives to expressions.
     pub names: BTreeMap<ExprId, String>,
-    /// What was chosen.
+    /// Chosen variants.
     pub variants: Vec<Variant>,
     /// `modes` blocks, `when`s and saturations; the mode of the k-th is the k-th discrete number.
     pub automata: Vec<Automaton>,
-    /// What entering modes does.
+    /// Jumps on entering modes.
     pub impulses: Impulses,
     /// Conditions on time; their discrete numbers follow those of the modes.
     pub time_conditions: Vec<TimeCondition>,
-    /// Clocks, each in the place of two conditions on time.
+    /// Clocks, each of which replaces two conditions on time.
     pub clocks: Vec<Clock>,
     /// Labels of loops whose rows jump without events.
     pub unlocated: Vec<String>,
 }
 
-/// A `modes` block, or anything else that changes at events. Its equations are in the rows, so only
-/// its transitions are left.
+/// A `modes` block, or anything else that changes at events. Its equations are merged into the rows, so only its
+/// transitions are left.
 #[derive(Debug, Clone)]
 pub struct Automaton {
-    /// What it stands for.
+    /// Its origin.
     pub kind: AutomatonKind,
     /// Its name.
     pub name: String,
@@ -115,7 +113,7 @@ pub struct Automaton {
     pub modes: Vec<String>,
     /// The mode it starts in.
     pub start: usize,
-    /// Which mode follows which, and when.
+    /// Its transitions.
     pub transitions: Vec<Transition>,
 }
 
@@ -128,7 +126,7 @@ pub struct Transition {
     pub to: usize,
     /// The event function.
     pub event: ExprId,
-    /// In which direction it passes zero.
+    /// Direction of the zero crossing.
     pub crossing: Crossing,
     /// When it acts.
     pub trigger: Trigger,
@@ -136,9 +134,8 @@ pub struct Transition {
     pub resets: Vec<(Symbol, ExprId)>,
 }
 
-/// What entering modes does to single unknowns: for each its kind, a [`JumpKind`] by the modes, and
-/// what the constraint of its row leaves; the matrix of the equations for jumps and impulses. Empty
-/// where no mode ties states together.
+/// Jumps of single unknowns on entering modes: for each its kind, a [`JumpKind`] by the modes, and the remainder of the
+/// constraint of its row; the matrix of the equations for jumps and impulses. Empty if no mode ties states together.
 ///
 /// ```text
 ///   H d = −c(y):  d are the jumps of unknowns with a derivative, and the impulses of the others
@@ -147,9 +144,9 @@ pub struct Transition {
 pub struct Impulses {
     /// Kinds as numbers.
     pub kinds: Vec<ExprId>,
-    /// c; zero where the row is of an equation without a constraint.
+    /// c; zero if the row has no constraint.
     pub rests: Vec<ExprId>,
-    /// H where it is not zero; unknowns without an equation for their jump have no row.
+    /// Nonzero entries of H; unknowns without an equation for their jump have no row.
     pub entries: Vec<JumpEntry>,
 }
 
@@ -172,7 +169,7 @@ pub struct JumpEntry {
     pub row: usize,
     /// The unknown that jumps.
     pub column: usize,
-    /// Its factor.
+    /// Its coefficient.
     pub value: ExprId,
 }
 
@@ -184,12 +181,12 @@ impl Impulses {
     }
 }
 
-/// A condition that switches once, at a time of parameters; or one of the two of a clock.
+/// A condition that switches once, at a time determined by parameters; or one of the two of a clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimeCondition {
-    /// When; minus infinity if it never switches.
+    /// The switching time; minus infinity if it never switches.
     pub at: ExprId,
-    /// Its discrete number from then on, 0 or 1; before, the other one.
+    /// Its discrete number after switching, 0 or 1; before, the other one.
     pub after: ExprId,
 }
 
@@ -198,29 +195,29 @@ pub struct TimeCondition {
 pub struct StartEquation {
     /// Its label.
     pub name: String,
-    /// Where it stands.
+    /// Its place.
     pub span: Span,
     /// r.
     pub rest: ExprId,
-    /// The state whose start value it is there for; all of them together determine those of all.
+    /// The state whose start value it determines; together, these equations determine all their states.
     pub unknown: usize,
 }
 
-/// How late something is.
+/// A delay.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delay {
     /// τ, s; of parameters only, unless it varies.
     pub tau: ExprId,
-    /// As formulas write it.
+    /// Its source text.
     pub text: String,
 }
 
 /// An unknown x(t − τ).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DelayedUnknown {
-    /// Which of the unknowns.
+    /// The unknown x.
     pub unknown: Symbol,
-    /// Which delay, or which of those that vary.
+    /// Position of τ among the delays, or among those that vary.
     pub delay: usize,
     /// Whether its delay varies.
     pub varies: bool,
@@ -233,16 +230,16 @@ pub struct Output {
     pub declared: Declared,
     /// E.
     pub value: ExprId,
-    /// Standard deviation of the sensor's white error, SI.
+    /// Standard deviation of the sensor's white noise, SI.
     pub noise: Option<f64>,
-    /// Which delay is τ; `None` means zero.
+    /// Position of the delay τ; `None` means zero.
     pub delay: Option<usize>,
 }
 
 /// Outputs wᵢ = y₍first + i₎.
 #[derive(Debug, Clone)]
 pub struct OutputArray {
-    /// Name, place, unit, doc of the whole.
+    /// Name, place, unit, doc of the whole array.
     pub declared: Declared,
     /// Index of the first.
     pub lower: i64,
@@ -250,12 +247,12 @@ pub struct OutputArray {
     pub first: usize,
     /// Number of outputs.
     pub count: u32,
-    /// Standard deviation of the sensors' white error, SI.
+    /// Standard deviation of the sensors' white noise, SI.
     pub noise: Option<f64>,
 }
 
 impl OutputArray {
-    /// What the outputs are called.
+    /// Names of the outputs.
     pub fn names(&self) -> impl Iterator<Item = String> + '_ {
         let index = |i: u32| self.lower + i64::from(i);
         (0..self.count).map(move |i| format!("{}[{}]", self.declared.name, index(i)))
@@ -273,21 +270,21 @@ pub struct Unknown {
     pub doc: Vec<String>,
     /// Size for tolerances, SI.
     pub nominal: Option<f64>,
-    /// Whether its row is ẏ = f in the modes it starts in; otherwise 0 = f.
+    /// Whether its row is ẏ = f in the initial modes; otherwise 0 = f.
     pub differential: bool,
-    /// Its number on the diagonal of M, 1 or 0, by the modes.
+    /// Its entry on the diagonal of M, 1 or 0, by the modes.
     pub mass: ExprId,
     /// f.
     pub rhs: ExprId,
-    /// Start value, a guess where it is algebraic.
+    /// Start value; a guess if the unknown is algebraic.
     pub start: ExprId,
-    /// What it was before the start, of time and parameters; `None` means its start value.
+    /// Its history before the start, in terms of time and parameters; `None` means its start value.
     pub history: Option<ExprId>,
-    /// Its start value is not estimated.
+    /// Whether its start value is excluded from estimation.
     pub fixed: bool,
-    /// Label of the equation that the row comes from; all of them where modes have others.
+    /// Label of the equation of its row; all labels if it differs between modes.
     pub equation: String,
-    /// Where the equation of the modes it starts in stands.
+    /// Position of the equation of the initial modes.
     pub span: Span,
 }
 
@@ -310,13 +307,12 @@ pub struct Array {
     pub count: u32,
     /// Start value, swept over the elements.
     pub start: ExprId,
-    /// What they were before the start, swept over the elements; `None` means their start values.
+    /// History of the elements before the start, swept over the elements; `None` means their start values.
     pub history: Option<ExprId>,
 }
 
-/// Rows of consecutive elements with one expression: what moves from row to row are
-/// [`crate::expr::Symbol::Swept`] and [`crate::expr::Symbol::Counter`]. A family of one row holds
-/// neither.
+/// Rows of consecutive elements with one expression. Symbols that move from row to row are
+/// [`crate::expr::Symbol::Swept`] and [`crate::expr::Symbol::Counter`]; a family of one row contains neither.
 #[derive(Debug, Clone)]
 pub struct Family {
     /// Position of the first element among all unknowns.
@@ -325,20 +321,20 @@ pub struct Family {
     pub count: u32,
     /// Whether the rows are ẏ = f; otherwise 0 = f.
     pub differential: bool,
-    /// Their number on the diagonal of M.
+    /// Their entry on the diagonal of M.
     pub mass: ExprId,
-    /// f. No unknown is read both as one that moves and as one that does not.
+    /// f. No unknown occurs in it both as moving and as fixed.
     pub rhs: ExprId,
     /// Label of the equation that the rows come from.
     pub equation: String,
-    /// First index of the equation's loop; none for an equation of its own.
+    /// First index of the equation's loop; none for a single equation.
     pub lower: Option<i64>,
-    /// Where the equation stands.
+    /// Position of the equation.
     pub span: Span,
 }
 
 impl Array {
-    /// What an element is called.
+    /// Name of an element.
     pub fn element_name(&self, offset: u32) -> String {
         format!("{}[{}]", self.name, self.lower + i64::from(offset))
     }
@@ -375,8 +371,8 @@ pub(crate) fn position(unknown: Symbol) -> usize {
 }
 
 impl Dae {
-    /// Whether the outputs at one time depend on nothing but the inputs at that time: there is no state,
-    /// nothing is late, and time itself is not read.
+    /// Whether the outputs at one time depend only on the inputs at that time: there are no states and no delays, and
+    /// time itself is not read.
     pub fn is_static(&self) -> bool {
         let moves = self.unknowns.iter().any(|unknown| unknown.differential)
             || self.families.iter().any(|family| self.graph.value(family.mass) != Some(0.0));
@@ -439,9 +435,9 @@ impl Dae {
         })
     }
 
-    /// The unknowns of a name: a single one, an element, or all elements of an array.
+    /// The unknowns with a name: a single one, an element, or all elements of an array.
     pub fn positions(&self, name: &str) -> Vec<usize> {
-        // An array that is written out is single unknowns.
+        // An array that is written out consists of single unknowns.
         let is_it = |other: &str| {
             let rest = other.strip_prefix(name);
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
@@ -449,7 +445,7 @@ impl Dae {
         let single = self.unknowns.iter().enumerate().filter(|(_, unknown)| is_it(&unknown.name));
         let single = single.map(|(i, _)| i);
         let of_array = |array: &Array| -> Vec<usize> {
-            // Of an array with several indices each row is one.
+            // An array with several indices is one array for each row.
             let rest = array.name.strip_prefix(name);
             if rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('[')) {
                 return (0..array.count as usize).map(|k| array.first + k).collect();
@@ -472,7 +468,7 @@ impl Dae {
         single.chain(arrays).filter_map(|(name, history)| Some((name.as_str(), history?)))
     }
 
-    /// What an unknown was before the start, and which row of that: of a single one the first.
+    /// The history of an unknown and the row in it, the first for a single one.
     pub(crate) fn history(&self, i: usize) -> Option<(ExprId, u32)> {
         if let Some(unknown) = self.unknowns.get(i) {
             return unknown.history.map(|history| (history, 0));
@@ -482,7 +478,7 @@ impl Dae {
         Some((array.history?, u32::try_from(i - array.first).ok()?))
     }
 
-    /// The family of an element, which is an unknown behind the single ones, and its row there.
+    /// The family of an element, and its row there.
     pub(crate) fn family_of(&self, i: usize) -> Option<(&Family, u32)> {
         let after = self.families.partition_point(|family| family.first <= i);
         let family = &self.families[after.checked_sub(1)?];
@@ -498,7 +494,7 @@ impl Dae {
         self.family_of(i).is_some_and(|(family, _)| family.differential)
     }
 
-    /// What the i-th unknown is called.
+    /// Name of the i-th unknown.
     ///
     /// # Panics
     ///
@@ -511,7 +507,7 @@ impl Dae {
         }
     }
 
-    /// What the i-th input is called, declared, delayed or the slope of a delayed one.
+    /// Name of the i-th input: declared, delayed or the slope of a delayed one.
     ///
     /// # Panics
     ///
@@ -521,8 +517,8 @@ impl Dae {
         match i.checked_sub(self.inputs.len()) {
             None => name(i).clone(),
             Some(late) if late >= self.delayed_inputs.len() => {
-                let of = self.inputs.len() + late - self.delayed_inputs.len();
-                format!("der({})", self.input_name(of))
+                let base = self.inputs.len() + late - self.delayed_inputs.len();
+                format!("der({})", self.input_name(base))
             }
             Some(late) => {
                 let DelayedInput { input, delay } = self.delayed_inputs[late];
@@ -531,7 +527,7 @@ impl Dae {
         }
     }
 
-    /// What the i-th delayed unknown is called.
+    /// Name of the i-th delayed unknown.
     ///
     /// # Panics
     ///
@@ -540,7 +536,7 @@ impl Dae {
         self.name_of_late(i, &self.unknown_name(position(self.delayed_unknowns[i].unknown)))
     }
 
-    /// What the i-th delayed unknown is called, of an unknown of this name.
+    /// Name of the i-th delayed unknown, given the name of the unknown.
     fn name_of_late(&self, i: usize, name: &str) -> String {
         format!("delay({name}, {})", self.delay_of(self.delayed_unknowns[i]).text)
     }

@@ -1,11 +1,11 @@
-//! Combinations of modes: the systems that follow one another, and the one that they make together.
+//! Combinations of modes: the systems of each, and the one system that they form together.
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Model, Origin};
 
-/// Every combination is matched by itself: their number must stay within bounds.
+/// Every combination is matched separately, so their number is limited.
 const MOST_COMBINATIONS: usize = 4096;
 
 /// All combinations of the modes of some blocks, the last block's mode changing fastest.
@@ -17,7 +17,7 @@ pub(super) struct Combinations {
 }
 
 impl Combinations {
-    /// Those of these automata; `None` where they are too many.
+    /// The combinations of the modes of these automata; `None` if there are too many.
     pub(super) fn of(model: &Model, automata: impl Iterator<Item = usize>) -> Option<Self> {
         let blocks: Vec<(usize, usize)> =
             automata.map(|k| (k, model.automata[k].modes.len())).collect();
@@ -27,7 +27,7 @@ impl Combinations {
         Some(Combinations { blocks, count })
     }
 
-    /// Reports that combinations are too many.
+    /// Reports too many combinations.
     pub(super) fn too_many(model: &Model, diagnostics: &mut Diagnostics) -> Reported {
         let equations = model.all_equations().map(|equation| equation.span);
         let span = equations.last().unwrap_or_default();
@@ -39,7 +39,7 @@ impl Combinations {
         )
     }
 
-    /// How many there are.
+    /// Number of combinations.
     pub(super) fn len(&self) -> usize {
         self.count
     }
@@ -63,12 +63,12 @@ impl Combinations {
         blocks.fold(0, |position, (automaton, size)| position * size + modes[*automaton])
     }
 
-    /// The mode of each block that the model starts in.
+    /// The initial mode of each block.
     pub(super) fn start_modes(model: &Model) -> Vec<usize> {
         model.automata.iter().map(|automaton| automaton.start).collect()
     }
 
-    /// One expression that is, in every combination, the one given for it.
+    /// One expression that equals, in every combination, the one given for it.
     ///
     /// Blocks that make no difference do not occur in it.
     pub(super) fn merge(&self, graph: &mut Graph, mut values: Vec<ExprId>) -> ExprId {
@@ -80,7 +80,7 @@ impl Combinations {
     }
 }
 
-/// One expression that is, in each mode of an automaton, the one given for it.
+/// One expression that equals, in each mode of an automaton, the one given for it.
 pub(super) fn select(graph: &mut Graph, automaton: usize, values: &[ExprId]) -> ExprId {
     let position = u32::try_from(automaton).unwrap_or(u32::MAX);
     let (last, others) =
@@ -95,7 +95,7 @@ pub(super) fn select(graph: &mut Graph, automaton: usize, values: &[ExprId]) -> 
     chosen
 }
 
-/// How messages speak of a combination of the modes of some automata: nothing where there are no modes.
+/// Describes a combination of the modes of some automata in messages; empty without modes.
 pub(super) fn in_modes(
     model: &Model,
     automata: impl Iterator<Item = usize>,

@@ -1,8 +1,8 @@
-//! How fast an expression changes along a solution: ė = ∂e/∂t + ∂e/∂y f + ∂e/∂u u̇.
+//! The rate of an expression along a solution: ė = ∂e/∂t + ∂e/∂y f + ∂e/∂u u̇.
 //!
-//! Inputs are smooth between samples: those that hold do not change there, and the slope of a linear
-//! one is constant. Functions of a system read such a slope as that of an input that arrives late,
-//! by zero where the input itself does not.
+//! Inputs are smooth between samples: held ones are constant there, and the slope of a linear one is constant.
+//! Functions of a system read such a slope as that of a delayed input, with a delay of zero if the input is not
+//! delayed.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::{Dae, Delay, DelayedInput, Family, Unknown};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Interpolation, Model};
 
-/// What varies in addition to unknowns and time.
+/// Varying quantities other than unknowns and time.
 #[derive(Clone, Copy)]
 pub(super) struct Varying<'a> {
     pub(super) model: &'a Model,
@@ -21,7 +21,7 @@ impl Varying<'_> {
     /// Whether an input, declared or delayed, changes between samples.
     fn is_linear(self, i: u32) -> bool {
         let declared = self.model.inputs.len();
-        let of = match (i as usize).checked_sub(declared) {
+        let input = match (i as usize).checked_sub(declared) {
             None => i as usize,
             Some(late) => match self.delayed.get(late) {
                 Some(late) => late.input,
@@ -29,10 +29,10 @@ impl Varying<'_> {
                 None => return false,
             },
         };
-        self.model.inputs[of].interpolation == Interpolation::Linear
+        self.model.inputs[input].interpolation == Interpolation::Linear
     }
 
-    /// ė; nothing where e reads an unknown that has no derivative in some mode, or something late.
+    /// ė; `None` if e reads an unknown that has no derivative in some mode, or a delayed value.
     pub(super) fn rate(self, graph: &mut Graph, e: ExprId, rows: Rows<'_>) -> Option<ExprId> {
         let mut rate = graph.constant(0.0);
         for (symbol, slope) in self.terms(graph, e, rows)? {
@@ -41,8 +41,8 @@ impl Varying<'_> {
                 Symbol::Element(i) => {
                     let (_, family) = family_of(rows.families, i)?;
                     let passage = i - u32::try_from(family.first).unwrap_or(u32::MAX);
-                    let own = at_passage(graph, family.rhs, passage);
-                    graph.multiply(slope, own)
+                    let rhs = at_passage(graph, family.rhs, passage);
+                    graph.multiply(slope, rhs)
                 }
                 Symbol::Input(i) => {
                     let along = graph.symbol(Symbol::InputSlope(i));
@@ -55,7 +55,7 @@ impl Varying<'_> {
         Some(rate)
     }
 
-    /// What varies in e, each with the slope of e: all of it has a derivative.
+    /// The varying quantities in e, each with the slope of e; `None` unless all have a derivative.
     pub(super) fn terms(
         self,
         graph: &mut Graph,
@@ -88,7 +88,7 @@ impl Varying<'_> {
     }
 }
 
-/// The rows of single unknowns, then those of elements, which are counted through all arrays.
+/// The rows of single unknowns, then those of elements, numbered through all arrays.
 #[derive(Clone, Copy)]
 pub(super) struct Rows<'a> {
     pub(super) unknowns: &'a [Unknown],
@@ -103,7 +103,7 @@ pub(super) fn family_of(families: &[Family], element: u32) -> Option<(usize, &Fa
     (element < family.first + family.count as usize).then_some((position, family))
 }
 
-/// The expression of one passage, elements by their positions among those of all arrays.
+/// The expression of one passage; elements are numbered among those of all arrays.
 pub(super) fn at_passage(graph: &mut Graph, id: ExprId, passage: u32) -> ExprId {
     let mut replaced = BTreeMap::new();
     for symbol in graph.symbols(id) {
@@ -119,7 +119,7 @@ pub(super) fn at_passage(graph: &mut Graph, id: ExprId, passage: u32) -> ExprId 
     graph.substitute(id, |symbol| replaced.get(&symbol).copied())
 }
 
-/// Puts inputs in the place of slopes: after this no expression of the system holds a slope.
+/// Replaces slopes by inputs: after this no expression of the system contains a slope.
 pub(super) fn take_slopes(dae: &mut Dae) {
     let mut wanted: Vec<u32> = Vec::new();
     for root in expressions(dae) {
@@ -163,14 +163,14 @@ fn zero_delay(dae: &mut Dae) -> usize {
     })
 }
 
-/// All expressions that change along a solution.
+/// All expressions that vary along a solution.
 fn expressions(dae: &mut Dae) -> Vec<ExprId> {
-    let mut all = Vec::new();
-    dae.each_expression(&mut |_, id| all.push(*id));
-    all
+    let mut expressions = Vec::new();
+    dae.each_expression(&mut |_, id| expressions.push(*id));
+    expressions
 }
 
-/// Replaces symbols in everything that changes along a solution.
+/// Replaces symbols in all expressions that vary along a solution.
 fn replace(dae: &mut Dae, replacement: impl Fn(Symbol) -> Option<ExprId>) {
     dae.each_expression(&mut |graph, id| *id = graph.substitute(*id, &replacement));
     let names = std::mem::take(&mut dae.names);

@@ -1,4 +1,4 @@
-//! What reads derivatives without determining them: outputs, start equations, event functions and resets.
+//! Readers of derivatives that do not determine them: outputs, start equations, event functions and resets.
 
 use super::delays::Resolved;
 use super::{Automaton, AutomatonKind, Output, StartEquation, Transition, Trigger};
@@ -7,10 +7,10 @@ use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{self, Model};
 use crate::source::Span;
 
-/// Puts the rows' right-hand sides in the place of derivatives.
+/// Replaces derivatives by the rows' right-hand sides.
 pub(super) struct DerivativeReader<'a> {
     pub(super) model: &'a Model,
-    /// ẏ of each unknown, where it is given in all modes.
+    /// ẏ of each unknown whose derivative is given in all modes.
     pub(super) rates: Vec<Option<ExprId>>,
     pub(super) graph: &'a mut Graph,
     pub(super) diagnostics: &'a mut Diagnostics,
@@ -30,15 +30,15 @@ impl DerivativeReader<'_> {
         outputs
     }
 
-    /// The model's start equations without derivatives; which states they determine is found out later.
+    /// The model's start equations without derivatives; the states that they determine are found later.
     pub(super) fn start_equations(&mut self, values: Vec<ExprId>) -> Vec<StartEquation> {
-        let mut all = Vec::with_capacity(values.len());
+        let mut equations = Vec::with_capacity(values.len());
         for (equation, rest) in self.model.start_equations.iter().zip(values) {
             let (name, span) = (equation.label.clone(), equation.span);
             let rest = self.open(rest, span, &|| format!("start equation `{name}`"));
-            all.push(StartEquation { name, span, rest, unknown: 0 });
+            equations.push(StartEquation { name, span, rest, unknown: 0 });
         }
-        all
+        equations
     }
 
     /// The model's automata, event functions and resets without derivatives.
@@ -47,7 +47,7 @@ impl DerivativeReader<'_> {
         automata.map(|(automaton, values)| self.automaton(automaton, values)).collect()
     }
 
-    /// The expression without derivatives; `what` reads it.
+    /// The expression without derivatives; `what` names its reader.
     fn open(&mut self, value: ExprId, span: Span, what: &dyn Fn() -> String) -> ExprId {
         let rates = &self.rates;
         let opened = self.graph.substitute(value, |symbol| match symbol {

@@ -1,4 +1,4 @@
-//! Conditions on time, moved after the automata that choose states.
+//! Moves conditions on time after the automata that choose states.
 
 use super::TimeCondition;
 use super::families::Plan;
@@ -7,7 +7,7 @@ use super::transfer::Transferred;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// Moves conditions on time after the automata that choose states, now that these are known.
+/// Moves conditions on time after the automata that choose states, once these are known.
 pub(super) fn renumber(
     graph: &mut Graph,
     systems: &mut [Explicit],

@@ -1,11 +1,11 @@
-//! Whether a model that starts at rest can be at rest.
+//! Checks that a model that starts at rest can be at rest.
 
 use super::{AutomatonKind, Dae};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::model::Model;
 
-/// Refuses what depends on time, by name, and modes; no start value is estimated then.
+/// Refuses dependence on time, by name, and modes; start values are then not estimated.
 pub(super) fn verify(
     mut dae: Dae,
     model: &Model,

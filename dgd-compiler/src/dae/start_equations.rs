@@ -1,4 +1,4 @@
-//! Which start values the start equations of a model determine.
+//! Finds the start values that the start equations of a model determine.
 
 use std::collections::BTreeSet;
 
@@ -8,9 +8,9 @@ use crate::expr::Symbol;
 use crate::model::{Equation, Model};
 use crate::source::Span;
 
-/// Gives each start equation a state, and has nobody estimate the start values of these.
+/// Assigns each start equation a state, whose start value is then not estimated.
 ///
-/// States are those with `guess`, and all elements of arrays with it; where there are too few, also those whose
+/// States are those with `guess`, and all elements of arrays with it; if these are too few, also those whose
 /// derivatives start equations read.
 pub(super) fn verify(
     mut dae: Dae,
@@ -73,7 +73,7 @@ pub(super) fn verify(
     Ok(dae)
 }
 
-/// Refuses a start equation that reads an unknown as it was before the start.
+/// The error for a start equation that reads an unknown before the start.
 pub(super) fn reads_late(equation: &Equation) -> Diagnostic {
     let message = format!(
         "start equation `{}` depends on what an unknown was before the start",
@@ -108,7 +108,7 @@ fn declared_at(model: &Model, n_single: usize, i: usize) -> Span {
     }
 }
 
-/// The report on start equations and states of different number.
+/// The error for different numbers of start equations and states.
 fn miscounted(model: &Model, n_single: usize, determined: &BTreeSet<usize>) -> Diagnostic {
     let counted = |n: usize, one: &str, many: &str| match n {
         0 => format!("no {many}"),
@@ -118,7 +118,7 @@ fn miscounted(model: &Model, n_single: usize, determined: &BTreeSet<usize>) -> D
     let equations = &model.start_equations;
     let of_equations = counted(equations.len(), "start equation", "start equations");
     let of_states = counted(determined.len(), "state", "states");
-    // Elements of an array have one place.
+    // Elements of an array share one place.
     let places: BTreeSet<Span> =
         determined.iter().map(|i| declared_at(model, n_single, *i)).collect();
     let first = places.first().copied();

@@ -95,14 +95,15 @@ pub fn write(dae: &Dae) -> String {
             writeln!(text, "  {when}{name}")
         };
         for transition in &automaton.transitions {
-            let to = &automaton.modes[transition.to];
+            let target = &automaton.modes[transition.to];
             if transition.trigger == Trigger::Start {
-                let _ = writeln!(text, "    starts in {to} if {} is above 0", next());
+                let _ = writeln!(text, "    starts in {target} if {} is above 0", next());
                 continue;
             }
             let from = &automaton.modes[transition.from];
             let crossing = transition.crossing.words();
-            let change = if shows_modes { format!("{from} -> {to} when ") } else { String::new() };
+            let change =
+                if shows_modes { format!("{from} -> {target} when ") } else { String::new() };
             let event = next();
             if transition.trigger != Trigger::Clock {
                 let _ = writeln!(text, "    {change}{event} {crossing} 0");
@@ -153,7 +154,7 @@ fn families(dae: &Dae, text: &mut String) {
     }
 }
 
-/// `p[3+_k]` of `p[3]`; no name of a model begins like that.
+/// `p[3+_k]` for `p[3]`; no name of a model begins with `_k`.
 fn moving(name: String) -> String {
     match name.strip_suffix(']') {
         Some(open) => format!("{open}+_k]"),
@@ -161,13 +162,13 @@ fn moving(name: String) -> String {
     }
 }
 
-/// What is subtracted, in brackets where it is more than a name or a number.
+/// A subtrahend, in brackets unless it is a name or a number.
 fn bracketed(text: &str) -> String {
     let is_atom = text.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '.'));
     if is_atom { text.to_owned() } else { format!("({text})") }
 }
 
-/// What discrete numbers are called: `mode(line)`, and `switched(0)` for conditions on time.
+/// Names of discrete numbers: `mode(line)`, and `switched(0)` for conditions on time.
 fn discrete_name(dae: &Dae, position: usize) -> String {
     match dae.automata.get(position) {
         Some(automaton) => format!("mode({})", automaton.name),

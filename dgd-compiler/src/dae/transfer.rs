@@ -1,4 +1,4 @@
-//! A model's expressions in the graph of its `Dae`: constants are numbers, everything is simplified.
+//! A model's expressions in the graph of its `Dae`: constants become numbers, and everything is simplified.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 use crate::source::Span;
 
-/// An equation as l − r with r − l kept: 0 = r − l.
+/// An equation l = r, stored as 0 = r − l.
 pub(super) struct Equation<'a> {
     pub(super) label: &'a str,
     pub(super) span: Span,
@@ -17,35 +17,35 @@ pub(super) struct Equation<'a> {
     pub(super) rest: ExprId,
     /// Derivatives that occur in it.
     pub(super) derivatives: Vec<u32>,
-    /// Unknowns on which it depends by the delays of what it reads late.
+    /// Unknowns on which it depends through the delays of its delayed values.
     pub(super) by_delays: Vec<u32>,
 }
 
 impl Equation<'_> {
-    /// Unknowns on which it depends as it stands, or, once it has been `rewritten`, in that form.
+    /// Unknowns on which it depends, directly or in the form `rewritten`.
     pub(super) fn unknowns(&self, graph: &Graph, rewritten: ExprId) -> Vec<u32> {
         let symbols = graph.symbols(rewritten).into_iter();
         let read = symbols.filter_map(|symbol| match symbol {
             Symbol::Unknown(i) => Some(i),
             _ => None,
         });
-        let mut all: Vec<u32> = read.chain(self.by_delays.iter().copied()).collect();
-        all.sort_unstable();
-        all.dedup();
-        all
+        let mut unknowns: Vec<u32> = read.chain(self.by_delays.iter().copied()).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        unknowns
     }
 }
 
 /// A model's expressions in the graph of its `Dae`.
 pub(super) struct Transferred<'a> {
-    /// Those that always hold, then those of the modes, block by block, then those of loops.
+    /// The equations that always hold, then those of the modes, block by block, then those of loops.
     pub(super) equations: Vec<Equation<'a>>,
     pub(super) common: usize,
-    /// For each block and mode, where its equations begin and end.
+    /// For each block and mode, the range of its equations.
     pub(super) of_modes: Vec<Vec<(usize, usize)>>,
-    /// Of single unknowns, then of arrays.
+    /// Start values of single unknowns, then of arrays.
     pub(super) starts: Vec<ExprId>,
-    /// What unknowns were before the start, of time; conditions on it stay as they are.
+    /// Histories of unknowns before the start, in terms of time; conditions on time stay as they are.
     pub(super) histories: Vec<Option<ExprId>>,
     pub(super) outputs: Vec<ExprId>,
     /// r − l of the start equations.
@@ -57,7 +57,7 @@ pub(super) struct Transferred<'a> {
     /// For each saturation, its bound.
     pub(super) bounds: Vec<ExprId>,
     pub(super) names: BTreeMap<ExprId, String>,
-    /// Delays that are unknowns of their own, and these.
+    /// Delays that are unknowns of their own, and the positions of these.
     pub(super) lags: BTreeMap<ExprId, u32>,
 }
 
@@ -68,8 +68,8 @@ impl Transferred<'_> {
         (0..self.common).chain(of_modes.flat_map(|(begin, end)| begin..end)).collect()
     }
 
-    /// Puts discrete numbers, from position `first` on, in the place of conditions on time and of steps that time
-    /// makes; and the clocks of these and of what happens periodically.
+    /// Replaces conditions on time and steps driven by time with discrete numbers, from position `first` on; returns
+    /// them with the clocks that drive them and periodic events.
     pub(super) fn take_time_conditions(
         &mut self,
         graph: &mut Graph,
@@ -102,7 +102,7 @@ impl Transferred<'_> {
         (conditions, clocks)
     }
 
-    /// Everything but the names.
+    /// All expressions except names.
     pub(super) fn expressions(&mut self) -> impl Iterator<Item = &mut ExprId> {
         let transitions = self.transitions.iter_mut().flatten();
         let equations = self.equations.iter_mut().map(|equation| &mut equation.rest);
@@ -144,7 +144,7 @@ pub(super) fn roots(model: &Model) -> Vec<ExprId> {
         .collect()
 }
 
-/// Everything into one simplified graph. `lags` are delays that are unknowns of their own.
+/// Transfers all expressions into one simplified graph. `lags` are delays that are unknowns of their own.
 pub(super) fn transfer<'a>(
     model: &'a Model,
     lags: &[(ExprId, u32)],

@@ -1,31 +1,30 @@
-//! The mistakes the compiler knows, one entry each.
+//! The errors of the compiler, one entry each.
 //!
-//! The first digit is the stage: 1 syntax, 2 names, 3 units, 4 structure, 5 values, 6 data files.
-//! To add a mistake, add its entry here and report it where it is found; `dgd explain` and the
-//! documentation read this table.
+//! The first digit is the stage: 1 syntax, 2 names, 3 units, 4 structure, 5 values, 6 data files. To add an error, add
+//! its entry here and report it where it is detected; `dgd explain` and the documentation read this table.
 
 use std::fmt;
 
-/// What there is to say about one kind of mistake.
+/// The description of one kind of error.
 #[derive(Debug, Clone, Copy)]
 pub struct CodeInfo {
     /// The code itself.
     pub code: Code,
-    /// What is wrong, in a few words.
+    /// A short title.
     pub title: &'static str,
-    /// A paragraph, then an example of the mistake under `Wrong:` and its correction under
-    /// `Right:`, both indented by four blanks.
+    /// A paragraph, then an example of the error under `Wrong:` and its correction under `Right:`, both indented by
+    /// four blanks.
     pub explanation: &'static str,
 }
 
 impl Code {
     /// The entry of this code.
     pub fn info(self) -> &'static CodeInfo {
-        // The enumeration and the table are written by one macro, in one order.
+        // One macro writes the enumeration and the table, in one order.
         &CODES[self as usize]
     }
 
-    /// The code of this spelling, e.g. `E301`; upper or lower case.
+    /// The code with this spelling, e.g. `E301`; case does not matter.
     pub fn from_text(text: &str) -> Option<Code> {
         CODES.iter().map(|info| info.code).find(|code| code.to_string().eq_ignore_ascii_case(text))
     }
@@ -40,7 +39,7 @@ impl fmt::Display for Code {
 /// Writes the enumeration and the table from the same entries, so that neither lacks a row.
 macro_rules! codes {
     ($($code:ident $title:literal $explanation:literal)*) => {
-        /// Which kind of mistake.
+        /// The kind of error.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Code {
             $(#[doc = $title] $code,)*

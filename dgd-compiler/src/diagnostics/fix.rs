@@ -1,63 +1,63 @@
-//! Changes of a text that set a mistake right.
+//! Edits that correct an error.
 
 use crate::source::{SourceId, Sources, Span};
 
-/// A change of the text that sets a mistake right: what an editor can offer, and `dgd check --fix` can write.
+/// An edit of the text that corrects an error, for an editor to offer or `dgd check --fix` to apply.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fix {
-    /// Its parts, which do not overlap.
+    /// Its edits, which do not overlap.
     pub edits: Vec<Edit>,
-    /// Whether it can be written without asking.
+    /// Whether it can be applied without confirmation.
     pub safety: Safety,
 }
 
-/// A piece of text that takes the place of another.
+/// Replaces a piece of text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Edit {
-    /// What is replaced; an empty span where something is put in.
+    /// The replaced text; an empty span for an insertion.
     pub span: Span,
-    /// What stands there instead.
+    /// The new text.
     pub text: String,
 }
 
-/// Whether a fix can be written without asking.
+/// Whether a fix can be applied without confirmation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Safety {
-    /// The text could mean nothing else.
+    /// The text can mean nothing else.
     Safe,
     /// A guess.
     Guess,
 }
 
 impl Edit {
-    /// Replaces a piece.
+    /// Replaces a span.
     pub fn replace(span: Span, text: impl Into<String>) -> Self {
         Edit { span, text: text.into() }
     }
 
-    /// Puts something in front of a place.
+    /// Inserts text before a span.
     pub fn before(span: Span, text: impl Into<String>) -> Self {
         Edit { span: Span { end: span.start, ..span }, text: text.into() }
     }
 
-    /// Puts something behind a place.
+    /// Inserts text after a span.
     pub fn behind(span: Span, text: impl Into<String>) -> Self {
         Edit { span: Span { start: span.end, ..span }, text: text.into() }
     }
 }
 
 impl Fix {
-    /// What can be written without asking.
+    /// A fix that can be applied without confirmation.
     pub fn safe(edits: Vec<Edit>) -> Self {
         Fix { edits, safety: Safety::Safe }
     }
 
-    /// Whether it can be written without asking.
+    /// Whether it can be applied without confirmation.
     pub fn is_safe(&self) -> bool {
         self.safety == Safety::Safe
     }
 
-    /// The line or lines as they should stand, without a comment at the end; nothing for a fix in several files.
+    /// The corrected line or lines, without a comment at the end; `None` for a fix in several files.
     pub fn line(&self, sources: &Sources) -> Option<String> {
         let first = self.edits.iter().map(|edit| edit.span).min()?;
         if self.edits.iter().any(|edit| edit.span.source != first.source) {
@@ -73,9 +73,9 @@ impl Fix {
     }
 }
 
-/// A text with these fixes, and how many of them there was place for: of two that touch one another the first counts.
+/// The text with these fixes, and the number of fixes applied: of two that touch, the first is applied.
 ///
-/// The others can be written into the text that comes out, once it has been checked again.
+/// The others can be applied to the resulting text, once it has been checked again.
 pub fn written(text: &str, source: SourceId, fixes: &[&Fix]) -> (String, usize) {
     let mut taken: Vec<&Edit> = Vec::new();
     let mut n = 0;

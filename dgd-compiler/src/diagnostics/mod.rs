@@ -1,4 +1,4 @@
-//! What is wrong with a text: where, in the user's words, and what would be right.
+//! Errors in a text: where, in the user's words, and how to correct them.
 
 pub mod codes;
 pub mod fix;
@@ -12,27 +12,27 @@ pub use fix::{Edit, Fix};
 pub use suggestion::suggestion;
 pub use visible::visible;
 
-/// One mistake, with everything needed to show it.
+/// One error, with everything needed to show it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
-    /// Which kind of mistake: a row of [`codes::CODES`].
+    /// The kind of error: a row of [`codes::CODES`].
     pub code: Code,
-    /// What is wrong, lower case and without a full stop.
+    /// The message, lower case and without a full stop.
     pub message: String,
-    /// Places concerned; the first is where the caret goes.
+    /// Relevant places; the caret is at the first.
     pub labels: Vec<Label>,
-    /// What would be accepted, or a likely correction.
+    /// The accepted form, or a likely correction.
     pub help: Option<String>,
-    /// The same as a change of the text; the line that comes out is shown.
+    /// The correction as an edit; the corrected line is shown.
     pub fix: Option<Fix>,
 }
 
-/// A place and what there is to say about it (may be empty).
+/// A place with a note, which may be empty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Label {
     /// The place.
     pub span: Span,
-    /// What to say there.
+    /// The note.
     pub text: String,
 }
 
@@ -43,35 +43,35 @@ impl Diagnostic {
         Diagnostic { code, message: message.into(), labels: vec![label], help: None, fix: None }
     }
 
-    /// Says something at the main place.
+    /// Adds a note at the main place.
     #[must_use]
     pub fn here(mut self, text: impl Into<String>) -> Self {
         self.labels[0].text = text.into();
         self
     }
 
-    /// Points at another place.
+    /// Adds a note at another place.
     #[must_use]
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label { span, text: text.into() });
         self
     }
 
-    /// Says how to write it instead.
+    /// Adds a fix.
     #[must_use]
     pub fn fix(mut self, fix: Fix) -> Self {
         self.fix = Some(fix);
         self
     }
 
-    /// Says what would be right, where that is known.
+    /// Adds a help text, if there is one.
     #[must_use]
     pub fn maybe_help(mut self, text: Option<String>) -> Self {
         self.help = text;
         self
     }
 
-    /// Says what would be right.
+    /// Adds a help text.
     #[must_use]
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
@@ -81,19 +81,19 @@ impl Diagnostic {
 
 /// Proof that at least one error has been reported.
 ///
-/// Only [`Diagnostics::error`] makes one, so a stage that returns `Err(Reported)` cannot have
-/// failed in silence, and its caller has nothing left to explain.
+/// Only [`Diagnostics::error`] makes one, so a stage that returns `Err(Reported)` cannot have failed silently, and its
+/// caller has nothing left to report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reported(());
 
-/// How many mistakes are kept. A text with more is not a model, and nobody reads on.
+/// Limit on stored errors. A text with more is not a model.
 const KEPT: usize = 1000;
 
-/// For how many mistakes the name that was meant is searched for, among all names: the search for each takes as long as
-/// there are names.
+/// Limit on the errors for which the intended name is searched among all names: each search takes time proportional to
+/// their number.
 const EXPLAINED: usize = 100;
 
-/// Collects the mistakes of one compilation, up to a thousand of them.
+/// Collects up to a thousand errors of one compilation.
 #[derive(Debug, Clone, Default)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
@@ -101,7 +101,7 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// Reports a mistake. One and the same mistake at one place is kept once.
+    /// Reports an error. Duplicates at one place are stored once.
     pub fn error(&mut self, diagnostic: Diagnostic) -> Reported {
         if self.list.len() < KEPT && !self.list.contains(&diagnostic) {
             self.list.push(diagnostic);
@@ -110,8 +110,8 @@ impl Diagnostics {
         Reported(())
     }
 
-    /// Whether this mistake was reported at this place: a body is opened once a call, and what a message
-    /// suggests is costly to find.
+    /// Whether this error was reported at this place: a function body is expanded once for each call, and suggestions
+    /// are expensive to find.
     pub(crate) fn said(&self, code: Code, place: Span) -> Option<Reported> {
         let known = |said: &&Diagnostic| said.code == code && said.labels[0].span == place;
         self.list.iter().find(known).map(|_| Reported(()))
@@ -122,7 +122,7 @@ impl Diagnostics {
         self.reported.map_or(Ok(()), Err)
     }
 
-    /// The name that was probably meant, for a mistake that is to be reported; none once there are very many.
+    /// The probably intended name, for an error that is about to be reported; `None` once there are very many errors.
     pub fn suggestion<'a>(
         &self,
         name: &str,
@@ -131,16 +131,16 @@ impl Diagnostics {
         if self.list.len() < EXPLAINED { suggestion(name, candidates) } else { None }
     }
 
-    /// How many mistakes are kept so far.
+    /// Number of errors stored so far.
     pub(crate) fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// What was reported, in the order of place.
+    /// The reported errors, ordered by place.
     pub fn sorted(&self) -> Vec<&Diagnostic> {
-        let mut all: Vec<_> = self.list.iter().collect();
-        all.sort_by_key(|diagnostic| diagnostic.labels[0].span);
-        all
+        let mut sorted: Vec<_> = self.list.iter().collect();
+        sorted.sort_by_key(|diagnostic| diagnostic.labels[0].span);
+        sorted
     }
 }
 

@@ -1,6 +1,6 @@
 //! Diagnostics as text for people, and as fields for other programs.
 //!
-//! Only this file knows the crate that draws.
+//! Only this file uses the drawing crate.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -10,21 +10,21 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use super::{Diagnostic, Label, visible};
 use crate::source::{SourceId, Sources, Span};
 
-/// How many diagnostics are drawn; the rest is counted.
+/// Number of diagnostics drawn in full; the rest are counted.
 const SHOWN: usize = 20;
 
 /// Whether to draw in colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
-    /// Characters only.
+    /// Plain characters.
     Plain,
-    /// With ANSI escapes.
+    /// ANSI escapes.
     Coloured,
 }
 
-/// Draws diagnostics as rustc does, each followed by an empty line.
+/// Draws diagnostics in the style of rustc, each followed by an empty line.
 ///
-/// At most twenty are drawn; a last line says how many more there are.
+/// At most twenty are drawn; a last line counts the rest.
 pub fn render(diagnostics: &[&Diagnostic], sources: &Sources, style: Style) -> String {
     let renderer = renderer(style);
     let mut out = String::new();
@@ -38,7 +38,7 @@ pub fn render(diagnostics: &[&Diagnostic], sources: &Sources, style: Style) -> S
     out
 }
 
-/// Draws something that is worth knowing but no mistake.
+/// Draws a note that is not an error.
 pub fn render_note(diagnostic: &Diagnostic, sources: &Sources, style: Style) -> String {
     renderer(style).render(&[group(diagnostic, Level::NOTE, sources)])
 }
@@ -61,7 +61,7 @@ fn group<'a>(diagnostic: &'a Diagnostic, level: Level<'static>, sources: &'a Sou
     group
 }
 
-/// What would be right: in words, or else the line as it should stand.
+/// The help text, or else the corrected line.
 fn help(diagnostic: &Diagnostic, sources: &Sources) -> Option<String> {
     let line = || diagnostic.fix.as_ref()?.line(sources).map(|line| format!("write `{line}`"));
     diagnostic.help.clone().or_else(line)
@@ -82,16 +82,17 @@ fn snippets<'a>(
         .into_iter()
         .map(|id| {
             let source = sources.get(id);
-            let own = || labels.iter().enumerate().filter(move |(_, l)| l.span.source == id);
+            let labels_here =
+                || labels.iter().enumerate().filter(move |(_, l)| l.span.source == id);
             let ranges: Vec<Range<usize>> =
-                own().map(|(_, label)| drawable(&source.text, label.span)).collect();
+                labels_here().map(|(_, label)| drawable(&source.text, label.span)).collect();
             let lines = lines_around(&source.text, &ranges);
             let first_line = source.text[..lines.start].matches('\n').count() + 1;
 
             let mut snippet = Snippet::source(&source.text[lines.clone()])
                 .line_start(first_line)
                 .path(visible(&source.name));
-            for ((i, label), range) in own().zip(ranges) {
+            for ((i, label), range) in labels_here().zip(ranges) {
                 let kind = if i == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
                 let text = (!label.text.is_empty()).then(|| visible(&label.text));
                 let range = range.start - lines.start..range.end - lines.start;
@@ -102,7 +103,7 @@ fn snippets<'a>(
         .collect()
 }
 
-/// The whole lines that hold all ranges: the rest of a large file need not be looked at.
+/// The whole lines that contain all ranges, so that the rest of a large file is not processed.
 fn lines_around(text: &str, ranges: &[Range<usize>]) -> Range<usize> {
     let start = ranges.iter().map(|range| range.start).min().unwrap_or(0);
     let end = ranges.iter().map(|range| range.end).max().unwrap_or(0);
@@ -110,15 +111,15 @@ fn lines_around(text: &str, ranges: &[Range<usize>]) -> Range<usize> {
     start..text[end..].find('\n').map_or(text.len(), |length| end + length)
 }
 
-/// The part of a span that can be underlined: within its first line, and at least one character
-/// wide where the line has one.
+/// The part of a span that can be underlined: within its first line, and at least one character wide if the line is not
+/// empty.
 fn drawable(text: &str, span: Span) -> Range<usize> {
     let start = floor(text, span.start as usize);
     let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
     let line_end = text[start..].find('\n').map_or(text.len(), |length| start + length);
     let line_end = line_start + text[line_start..line_end].trim_end_matches('\r').len();
 
-    // A place after the last character is shown under it.
+    // A place after the last character is shown under that character.
     let last = text[line_start..line_end].char_indices().next_back();
     let start = last.map_or(line_start, |(at, _)| start.min(line_start + at));
     let width = text[start..line_end].chars().next().map_or(0, char::len_utf8);
@@ -140,26 +141,26 @@ fn floor(text: &str, mut at: usize) -> usize {
 pub struct Entry {
     /// The code, e.g. `E301`.
     pub code: String,
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// Places concerned, the main one first.
+    /// Relevant places, the main one first.
     pub places: Vec<Location>,
-    /// What would be right.
+    /// The help text.
     pub help: Option<String>,
-    /// The same as a change of the text.
+    /// The correction as edits.
     pub fix: Option<FixEntry>,
 }
 
 /// A fix with its places resolved.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FixEntry {
-    /// Whether it can be written without asking.
+    /// Whether it can be applied without confirmation.
     pub is_safe: bool,
-    /// The places, and as `text` what stands there instead.
+    /// The replaced places, with the new text as `text`.
     pub edits: Vec<Location>,
 }
 
-/// A location as editors count: lines and columns from 1, columns in characters.
+/// A location in an editor's numbering: lines and columns from 1, columns in characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Location {
     /// Name of the source.
@@ -172,7 +173,7 @@ pub struct Location {
     pub end_line: usize,
     /// Column one past the last character.
     pub end_column: usize,
-    /// What there is to say here; may be empty.
+    /// A note; may be empty.
     pub text: String,
 }
 

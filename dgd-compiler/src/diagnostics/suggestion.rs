@@ -1,28 +1,28 @@
-//! The name that was probably meant.
+//! Suggestions for misspelt names.
 
-/// The candidate a name was probably meant to be, if there is a likely one.
+/// The candidate that a name was probably meant to be, if there is a likely one.
 ///
-/// A likely name differs from it by few slips: a letter wrong, missing, too many, or swapped
-/// with its neighbour, one slip for every three letters. Upper and lower case count as half a slip
-/// for the whole name. Among equals the first in alphabetical order is taken.
+/// A likely name differs from it by few slips: a letter that is wrong, missing, superfluous, or swapped with its
+/// neighbour, with one slip allowed for every three letters. Upper and lower case count as half a slip for the whole
+/// name. Ties are broken in alphabetical order.
 pub fn suggestion<'a>(
     name: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    let own = Word::new(name);
+    let word = Word::new(name);
     // In half slips. Replacing every letter is not a slip.
     let mut most =
-        (2 * own.letters.len().div_ceil(3).min(4)).min((2 * own.letters.len()).checked_sub(1)?);
+        (2 * word.letters.len().div_ceil(3).min(4)).min((2 * word.letters.len()).checked_sub(1)?);
     let mut best: Option<(usize, &str)> = None;
     let mut other = Word::default();
     for candidate in candidates {
         other.read(candidate);
-        if candidate == name || !own.may_be_within(&other, most / 2) {
+        if candidate == name || !word.may_be_within(&other, most / 2) {
             continue;
         }
-        // Without regard to case a name is at least as close.
-        let Some(lower) = distance_within(&own.lower, &other.lower, most / 2) else { continue };
-        let exact = distance_within(&own.letters, &other.letters, most / 2);
+        // Ignoring case can only reduce the distance.
+        let Some(lower) = distance_within(&word.lower, &other.lower, most / 2) else { continue };
+        let exact = distance_within(&word.letters, &other.letters, most / 2);
         let slips = exact.map_or(usize::MAX, |exact| 2 * exact).min(2 * lower + 1);
         if slips <= most && best.is_none_or(|best| (slips, candidate) < best) {
             best = Some((slips, candidate));
@@ -32,12 +32,12 @@ pub fn suggestion<'a>(
     best.map(|(_, candidate)| candidate)
 }
 
-/// A name, for comparisons.
+/// A name prepared for comparisons.
 #[derive(Default)]
 struct Word {
     letters: Vec<char>,
     lower: Vec<char>,
-    /// A bit for each of its letters, in lower case; some share one.
+    /// A bit for each of its letters, in lower case; some letters share one.
     set: u64,
 }
 
@@ -56,7 +56,7 @@ impl Word {
         self.set = self.lower.iter().fold(0, |set, letter| set | 1 << (u32::from(*letter) % 64));
     }
 
-    /// Whether lengths and letters allow for so few slips: each slip adds or takes at most one letter.
+    /// Whether lengths and letters allow so few slips: each slip adds or removes at most one letter.
     fn may_be_within(&self, other: &Word, most: usize) -> bool {
         let missing =
             (self.set & !other.set).count_ones().max((other.set & !self.set).count_ones());
@@ -64,8 +64,8 @@ impl Word {
     }
 }
 
-/// Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b` (optimal string
-/// alignment), if they are so few.
+/// The optimal string alignment distance (insertions, deletions, replacements and swaps of neighbours) from `a` to `b`,
+/// if it is at most `most`.
 fn distance_within(a: &[char], b: &[char], most: usize) -> Option<usize> {
     if a.len().abs_diff(b.len()) > most {
         return None;
@@ -120,7 +120,7 @@ mod tests {
         assert_eq!(suggestion("ab", ["aa", "bb", "ac"]), Some("aa"));
     }
 
-    /// Against the definition, for all pairs of many names: the shortest way through single slips.
+    /// Compares with the definition, the shortest sequence of single slips, for all pairs of many names.
     #[test]
     fn a_suggestion_is_the_nearest_name() {
         let names: Vec<String> = (0..400)

@@ -1,10 +1,10 @@
-//! Characters that a terminal would obey instead of showing.
+//! Escapes characters that a terminal would act on instead of showing.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// The text with characters that are not shown but do something (move the cursor, turn the direction of
-/// writing, hide) written as in Rust: `\u{202e}`. Line feeds and tabs stay.
+/// The text with invisible characters that have an effect (moving the cursor, changing the direction of writing,
+/// hiding) written as in Rust: `\u{202e}`. Line feeds and tabs stay.
 pub fn visible(text: &str) -> Cow<'_, str> {
     if !text.chars().any(is_obeyed) {
         return Cow::Borrowed(text);
@@ -21,8 +21,8 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// Whether a character is obeyed instead of shown: controls, marks and overrides of direction, and characters
-/// without width that do not join letters.
+/// Whether a terminal acts on a character instead of showing it: controls, marks and overrides of direction, and
+/// characters without width that do not join letters.
 fn is_obeyed(c: char) -> bool {
     match c {
         '\n' | '\t' => false,
@@ -50,7 +50,7 @@ mod tests {
             ("a\u{202e}b", "a\\u{202e}b"),
             ("\u{1b}[2J\r\u{9b}", "\\u{1b}[2J\\u{d}\\u{9b}"),
             ("\u{2066}x\u{2069}\u{200b}", "\\u{2066}x\\u{2069}\\u{200b}"),
-            // Those that join letters are part of words.
+            // Joiners are part of words.
             ("می\u{200c}شود", "می\u{200c}شود"),
         ] {
             assert_eq!(visible(text), shown);

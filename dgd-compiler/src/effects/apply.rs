@@ -1,9 +1,9 @@
-//! From a model's trees and some effects to the trees of the changed model.
+//! Applies effects to a model's trees.
 //!
-//! Each application becomes an instance with names of the model. All bring their items; then they
-//! make their changes, first those of the plant, which see the model as its author wrote it, then
-//! those of sensors, which see what the outputs read by then, and at last those of inputs, which
-//! reach everything that reads an input: start values and other effects as well.
+//! Each application becomes an instance with names of the model. All instances add their items; then they make their
+//! changes: first those of the plant, which see the model as its author wrote it, then those of sensors, which see the
+//! current values of the outputs, and finally those of inputs, which reach everything that reads an input, including
+//! start values and other effects.
 
 use super::declared::Declarations;
 use super::instance::{Change, ChangeKind, Instance};
@@ -20,15 +20,15 @@ use crate::syntax::ast::{
 use crate::syntax::print::parenthesise;
 use crate::syntax::visit::{self, Namespace, Part, Role};
 
-/// Applies effects to a model; `asts` are its tree and those of what it imports.
+/// Applies effects to a model; `asts` are its tree and those of its imports.
 ///
-/// The changed trees go through the later stages as any model's. Libraries and parts are as they
-/// were, unless an effect changes something in one of them: then the model holds their items itself.
+/// The changed trees pass through the later stages like those of any model. Libraries and parts are unchanged, unless
+/// an effect changes an item of one: then the model contains its items itself.
 ///
 /// # Errors
 ///
-/// [`Reported`] where an effect does not fit the model or another effect. What it brings into an
-/// equation is checked as any equation is, later and with places in the effect's file.
+/// [`Reported`] if an effect does not fit the model or another effect. Terms that it adds to an equation are checked
+/// later like any other, with places in the effect's file.
 ///
 /// # Panics
 ///
@@ -40,10 +40,10 @@ pub fn apply(
     diagnostics: &mut Diagnostics,
 ) -> Result<Applied, Reported> {
     let expanded = parts::expand(asts, diagnostics)?;
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let mut declared = Declarations::collect(&expanded.asts);
     if applications.iter().any(|application| units::of_equations(application.effect)) {
-        // Mistakes of the model itself are reported elsewhere.
+        // Errors of the model itself are reported elsewhere.
         let model = resolve(asts, &ModelOptions::default(), &mut Diagnostics::default());
         if let Ok(model) = model {
             declared.give_units(&model);
@@ -51,8 +51,8 @@ pub fn apply(
     }
     let mut instances = Vec::with_capacity(applications.len());
     for application in applications {
-        // Each application reports its own mistakes; the next is independent of them.
-        let instance = Instance::new(application, &asts[0], &mut declared, blending, &mut own);
+        // Each application reports its own errors; the next is independent of them.
+        let instance = Instance::new(application, &asts[0], &mut declared, blending, &mut problems);
         instances.extend(instance.ok());
     }
     let mut splicing = Splicing {
@@ -62,26 +62,26 @@ pub fn apply(
         blending,
         done: Done::default(),
     };
-    if own.check().is_ok() {
+    if problems.check().is_ok() {
         for instance in &instances {
             splicing.asts[0].items.extend(instance.items.iter().cloned());
         }
         for kind in [EffectKind::Plant, EffectKind::Sensor, EffectKind::Input] {
             for instance in ordered(instances.iter().filter(|one| one.kind == kind).collect()) {
-                splicing.change(instance, &mut own);
+                splicing.change(instance, &mut problems);
             }
         }
     }
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
     let brought = instances.into_iter().map(|instance| instance.brought).collect();
     Ok(Applied { asts: splicing.finished(asts, &expanded), brought })
 }
 
-/// Applications in an order in which each finds what it changes already brought in; in the given order
-/// where no such order exists.
+/// Applications in an order in which each finds the names that it changes already declared; in the given order if no
+/// such order exists.
 fn ordered(mut left: Vec<&Instance>) -> Vec<&Instance> {
     let mut order = Vec::with_capacity(left.len());
     while !left.is_empty() {
@@ -130,16 +130,16 @@ impl Splicing {
         self.asts
     }
 
-    /// Puts the items of all libraries in the place of the first import.
+    /// Replaces the first import by the items of all libraries.
     fn take_libraries_in(&mut self) {
         let is_import = |item: &Item| matches!(item.kind, ItemKind::Import { .. });
         let libraries = self.asts.split_off(1);
         let main = &mut self.asts[0];
-        let at = main.items.iter().position(is_import).unwrap_or(0);
+        let position = main.items.iter().position(is_import).unwrap_or(0);
         main.items.retain(|item| !is_import(item));
         main.imports.clear();
         let items = libraries.into_iter().flat_map(|library| library.items);
-        main.items.splice(at..at, items.filter(|item| !is_import(item)));
+        main.items.splice(position..position, items.filter(|item| !is_import(item)));
     }
 
     /// Makes the changes of one application.
@@ -160,7 +160,7 @@ impl Splicing {
         }
     }
 
-    /// Puts what outputs read in the place of their names in what an application has brought.
+    /// Replaces the names of outputs in the items of an application by the outputs' values.
     fn read_outputs(&mut self, instance: &Instance, values: &[(&str, &Expr)]) {
         if values.is_empty() {
             return;
@@ -178,17 +178,17 @@ impl Splicing {
         }
     }
 
-    /// What an output reads now.
+    /// The current value of an output.
     fn reading(&self, output: &Name, diagnostics: &mut Diagnostics) -> Option<Expr> {
-        let mut found: Vec<Expr> = Vec::new();
+        let mut values: Vec<Expr> = Vec::new();
         visit::items(&self.asts[0].items, &mut |item| {
             if let ItemKind::Output { name, value, .. } = &item.kind
                 && name.text == output.text
             {
-                found.push(read_by(name, value.as_ref()));
+                values.push(read_by(name, value.as_ref()));
             }
         });
-        if let [one] = found.as_slice() {
+        if let [one] = values.as_slice() {
             return Some(one.clone());
         }
         let message = format!("output `{}` is not declared once", output.text);
@@ -294,7 +294,7 @@ impl Splicing {
         n_uses
     }
 
-    /// Replaces a name in equations of one label; `None` where there is none.
+    /// Replaces a name in equations of one label; `None` if there is no such equation.
     fn replace_in(
         &mut self,
         splice: &Splice<'_>,
@@ -393,13 +393,13 @@ fn unknown<'a>(name: &Name, message: String, known: impl Iterator<Item = &'a str
     Diagnostic::new(Code::E201, name.span, message).maybe_help(near)
 }
 
-/// What an output reads: the unknown of its name, where it does not say.
+/// The value of an output: by default the unknown of its name.
 fn read_by(name: &Name, value: Option<&Expr>) -> Expr {
     let unknown = || Expr { span: name.span, kind: ExprKind::Name(name.text.clone()) };
     value.cloned().unwrap_or_else(unknown)
 }
 
-/// Writes out what an output reads that bears the replaced name.
+/// Writes out the value of an output that has the replaced name.
 fn read_explicitly(item: &mut Item, splice: &Splice<'_>, unit: Option<&Unit>) {
     if let ItemKind::Output { name, unit: declared, value: value @ None, .. } = &mut item.kind
         && name.text == splice.name.text
@@ -412,7 +412,7 @@ fn read_explicitly(item: &mut Item, splice: &Splice<'_>, unit: Option<&Unit>) {
     }
 }
 
-/// Visits every equation with the choices within which it stands.
+/// Visits every equation, with the choices that contain it.
 fn equations_mut(
     items: &mut [Item],
     path: &mut Path,
@@ -469,8 +469,8 @@ fn add_term(right: &mut Expr, value: &Expr) {
         return;
     }
     let first = right.clone();
-    let all = std::iter::once((Sign::Plus, first)).chain(terms).collect();
-    *right = Expr { span, kind: ExprKind::Sum(all) };
+    let signed = std::iter::once((Sign::Plus, first)).chain(terms).collect();
+    *right = Expr { span, kind: ExprKind::Sum(signed) };
 }
 
 /// λ e

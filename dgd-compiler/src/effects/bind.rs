@@ -1,4 +1,4 @@
-//! What a template can be applied to in a model.
+//! Finds the arguments that a template can have in a model.
 
 use super::Effect;
 use crate::expr::Symbol;
@@ -8,10 +8,10 @@ use crate::units::{Dimension, parse_unit};
 
 /// All lists of arguments that an effect can have in a model, in the order of the model's items.
 ///
-/// An effect `on` this model has one list, which is empty; one `on` another model has none. No
-/// argument stands for two slots of a template at a time. Where a template has several states, each with the
-/// equation behind it, these are balances of the states: they have their derivatives. The states are in the order of
-/// the model then, as what goes from one to the other goes back the other way.
+/// An effect `on` this model has one list, which is empty; one `on` another model has none. The slots of a template get
+/// different arguments. If a template has several states, each followed by an equation, these are balances of the
+/// states: they contain their derivatives. The states are then in the order of the model because a flow from one to the
+/// other is the negative of the reverse flow.
 pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
     let slots = match &effect.target {
         Target::Model(name) if name.text == model.name => return vec![Vec::new()],
@@ -33,7 +33,7 @@ pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
     lists
 }
 
-/// Whether each equation that follows a state has its derivative, and states are in order, where there are several.
+/// Whether each equation that follows a state contains its derivative, and several states are in order.
 fn are_balances_in_order(slots: &[Slot], list: &[String], model: &Model) -> bool {
     let kinds: Vec<SlotKind> = slots.iter().map(|slot| slot.kind).collect();
     let pairs: Vec<usize> = (0..kinds.len().saturating_sub(1))
@@ -46,8 +46,8 @@ fn are_balances_in_order(slots: &[Slot], list: &[String], model: &Model) -> bool
         |state: &str| model.unknowns.iter().position(|unknown| unknown.declared.name == state);
     let is_balance = |state: usize, label: &str| {
         let rate = Symbol::Derivative(state as u32);
-        let own = model.all_equations().filter(|equation| equation.label == label);
-        let mut sides = own.flat_map(|equation| [equation.left, equation.right]);
+        let labelled = model.all_equations().filter(|equation| equation.label == label);
+        let mut sides = labelled.flat_map(|equation| [equation.left, equation.right]);
         sides.any(|side| model.graph.symbols(side).contains(&rate))
     };
     let states: Option<Vec<usize>> = pairs.iter().map(|&k| position(&list[k])).collect();
@@ -56,45 +56,44 @@ fn are_balances_in_order(slots: &[Slot], list: &[String], model: &Model) -> bool
     })
 }
 
-/// The names of a model that have the kind and the dimension of a slot; exact equations lack nothing, and are left
-/// out.
+/// The names of a model with the kind and the dimension of a slot, except those of exact equations, which lack no term.
 fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
-    let all: Vec<(&str, Dimension)> = match slot.kind {
+    let named: Vec<(&str, Dimension)> = match slot.kind {
         SlotKind::Input => {
-            let all = model.inputs.iter().map(|input| &input.declared);
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+            let inputs = model.inputs.iter().map(|input| &input.declared);
+            inputs.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::Output => {
-            let all = model.outputs.iter().map(|output| &output.declared);
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+            let outputs = model.outputs.iter().map(|output| &output.declared);
+            outputs.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::State => {
-            let all = model.unknowns.iter().filter(|unknown| unknown.state);
-            all.map(|u| (u.declared.name.as_str(), u.declared.unit.dimension)).collect()
+            let states = model.unknowns.iter().filter(|unknown| unknown.state);
+            states.map(|u| (u.declared.name.as_str(), u.declared.unit.dimension)).collect()
         }
         SlotKind::Quantity => {
             let inputs = model.inputs.iter().map(|input| &input.declared);
-            let all = inputs.chain(model.unknowns.iter().map(|unknown| &unknown.declared));
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+            let quantities = inputs.chain(model.unknowns.iter().map(|unknown| &unknown.declared));
+            quantities.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::Let => model.lets.iter().map(|own| (own.name.as_str(), own.dimension)).collect(),
         SlotKind::Parameter => {
-            let all = model.parameters.iter().map(|parameter| &parameter.declared);
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
+            let parameters = model.parameters.iter().map(|parameter| &parameter.declared);
+            parameters.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::Equation => {
-            let mut all: Vec<(&str, Dimension)> = Vec::new();
+            let mut labels: Vec<(&str, Dimension)> = Vec::new();
             for equation in model.all_equations().filter(|equation| !equation.is_exact) {
-                // A change of an equation reaches those of its label in all modes.
-                if all.iter().all(|(label, _)| *label != equation.label) {
-                    all.push((&equation.label, equation.dimension));
+                // A change of an equation affects all equations of its label, in all modes.
+                if labels.iter().all(|(label, _)| *label != equation.label) {
+                    labels.push((&equation.label, equation.dimension));
                 }
             }
-            all
+            labels
         }
     };
     // The unit was checked when the effect was read.
     let wanted = slot.unit.as_ref().and_then(|unit| parse_unit(&unit.text).ok());
     let fits = |dimension: Dimension| wanted.as_ref().is_none_or(|u| u.dimension == dimension);
-    all.into_iter().filter(|(_, dimension)| fits(*dimension)).map(|(name, _)| name).collect()
+    named.into_iter().filter(|(_, dimension)| fits(*dimension)).map(|(name, _)| name).collect()
 }

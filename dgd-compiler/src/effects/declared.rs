@@ -1,4 +1,4 @@
-//! What a model declares, as far as effects ask for it, before any name is looked up.
+//! The declarations of a model that effects need, before any name is resolved.
 
 use std::collections::BTreeMap;
 
@@ -11,24 +11,24 @@ use crate::units::Dimension;
 /// A name that is declared.
 #[derive(Debug, Clone)]
 pub(super) struct Declared {
-    /// Where it was declared first.
+    /// Place of its first declaration.
     pub(super) span: Span,
-    /// What it is, if a template can ask for it.
+    /// Its kind, if a template can have a slot of that kind.
     pub(super) kind: Option<SlotKind>,
     /// Its unit.
     pub(super) unit: Option<Unit>,
 }
 
-/// Names by what they must differ from.
+/// Names, by namespace.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Declarations {
     names: BTreeMap<(Namespace, String), Declared>,
 }
 
 impl Declarations {
-    /// Collects what a model, its libraries and all its variants declare.
+    /// Collects the declarations of a model, its libraries and all its variants.
     pub(super) fn collect(asts: &[Ast]) -> Declarations {
-        let mut all = Declarations::default();
+        let mut declarations = Declarations::default();
         for ast in asts {
             visit::items(&ast.items, &mut |item| {
                 let (namespace, name, unit, kind) = match &item.kind {
@@ -73,14 +73,14 @@ impl Declarations {
                     ItemKind::Modes { name, .. } => (Namespace::Modes, name, None, None),
                 };
                 let declared = Declared { span: name.span, kind, unit };
-                all.names.entry((namespace, name.text.clone())).or_insert(declared);
+                declarations.names.entry((namespace, name.text.clone())).or_insert(declared);
             });
         }
-        all
+        declarations
     }
 
     /// Gives each equation the unit of its terms in the model, and a `let` without a unit that of an unknown or of its
-    /// rate with the same dimension; otherwise its SI unit as the model spells it.
+    /// rate with the same dimension; otherwise its SI unit in the model's spelling.
     pub(super) fn give_units(&mut self, model: &Model) {
         let second = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
         let measured = |dimension: Dimension| {
@@ -104,12 +104,12 @@ impl Declarations {
         }
     }
 
-    /// What is declared under a name.
+    /// The declaration of a name.
     pub(super) fn get(&self, namespace: Namespace, name: &str) -> Option<&Declared> {
         self.names.get(&(namespace, name.to_owned()))
     }
 
-    /// Takes a name in; `Err` is where it was declared before.
+    /// Adds a name; `Err` is the place of its earlier declaration.
     pub(super) fn insert(&mut self, namespace: Namespace, name: &Name) -> Result<(), Span> {
         let key = (namespace, name.text.clone());
         if let Some(earlier) = self.names.get(&key) {
@@ -119,16 +119,16 @@ impl Declarations {
         Ok(())
     }
 
-    /// All names of one set.
+    /// All names of a namespace.
     pub(super) fn of(&self, namespace: Namespace) -> impl Iterator<Item = &str> {
-        let own = self.names.keys().filter(move |(of, _)| *of == namespace);
-        own.map(|(_, name)| name.as_str())
+        let keys = self.names.keys().filter(move |(of, _)| *of == namespace);
+        keys.map(|(_, name)| name.as_str())
     }
 
-    /// The unit in which something is measured; an output without one has that of its unknown.
+    /// The unit of a quantity; an output without one has that of its unknown.
     pub(super) fn unit(&self, namespace: Namespace, name: &str) -> Option<&Unit> {
-        let own = self.get(namespace, name)?.unit.as_ref();
-        own.or_else(|| match namespace {
+        let unit = self.get(namespace, name)?.unit.as_ref();
+        unit.or_else(|| match namespace {
             Namespace::Output => self.get(Namespace::Value, name)?.unit.as_ref(),
             Namespace::Value
             | Namespace::Equation
@@ -139,7 +139,7 @@ impl Declarations {
     }
 }
 
-/// The set of names that a template's argument is looked up in.
+/// The namespace of a template's argument.
 pub(super) fn namespace_of(kind: SlotKind) -> Namespace {
     match kind {
         SlotKind::Output => Namespace::Output,

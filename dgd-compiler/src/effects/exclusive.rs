@@ -1,11 +1,10 @@
-//! Which effects hide one another where several are blended in with a weight of zero.
+//! Finds the effects that hide one another if several are blended in with a weight of zero.
 //!
-//! Effects on one use are stacked: what the last one puts there is what the model reads. If that
-//! does not read the old value, it hides every effect that acts through the old value, although it
-//! changes nothing itself.
+//! Effects on one use are stacked: the model reads the value of the last. If that value does not read the old one, it
+//! hides every effect that acts through the old value, although it changes nothing itself.
 //!
 //! ```text
-//! replace mu by mu_max*S/(K_s + S + inh*S^2)     hides all that acts through `mu` as the model has it
+//! replace mu by mu_max*S/(K_s + S + inh*S^2)     hides all effects that act through the model's own `mu`
 //! replace mu by mu*(1 - Xm*X)                    hides nothing
 //! ```
 
@@ -21,21 +20,21 @@ use crate::syntax::ast::{Ast, Expr, ExprKind, ItemKind};
 use crate::syntax::local::without_lets;
 use crate::syntax::visit::{self, Namespace};
 
-/// What an effect replaces in a model, and what it hides there.
+/// The names that an effect replaces in a model, and those that it hides there.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Reach {
     replaced: BTreeSet<(Namespace, String)>,
     hidden: BTreeSet<(Namespace, String)>,
-    /// It replaces an unknown, which every equation may help to determine.
+    /// It replaces an unknown, which any equation may help to determine.
     hides_everything: bool,
 }
 
 impl Reach {
-    /// The reach of an application; `asts` are the model's tree and those of what it imports.
+    /// The reach of an application; `asts` are the model's tree and those of its imports.
     ///
     /// # Errors
     ///
-    /// [`Reported`] where the effect does not fit the model.
+    /// [`Reported`] if the effect does not fit the model.
     ///
     /// # Panics
     ///
@@ -84,30 +83,30 @@ impl Reach {
     }
 }
 
-/// What a model says of its names.
+/// The definitions of a model's names.
 #[derive(Debug, Default)]
 struct Definitions {
-    /// What `let`s, functions and outputs read.
+    /// Names that `let`s, functions and outputs read.
     reads: BTreeMap<(Namespace, String), BTreeSet<String>>,
     unknowns: BTreeSet<(Namespace, String)>,
 }
 
 impl Definitions {
     fn collect(asts: &[Ast]) -> Definitions {
-        let mut all = Definitions::default();
+        let mut definitions = Definitions::default();
         for ast in asts {
             visit::items(&ast.items, &mut |item| match &item.kind {
                 ItemKind::Let { name, value, .. } => {
                     let key = (Namespace::Value, name.text.clone());
-                    collect(value, all.reads.entry(key).or_default());
+                    collect(value, definitions.reads.entry(key).or_default());
                 }
                 ItemKind::Function { name, lets, body, .. } => {
                     let key = (Namespace::Value, name.text.clone());
-                    collect(&without_lets(lets, body), all.reads.entry(key).or_default());
+                    collect(&without_lets(lets, body), definitions.reads.entry(key).or_default());
                 }
                 ItemKind::Output { name, value, .. } => {
                     let key = (Namespace::Output, name.text.clone());
-                    let read = all.reads.entry(key).or_default();
+                    let read = definitions.reads.entry(key).or_default();
                     match value {
                         Some(value) => collect(value, read),
                         None => {
@@ -116,11 +115,11 @@ impl Definitions {
                     }
                 }
                 ItemKind::Unknown { name, .. } => {
-                    all.unknowns.insert((Namespace::Value, name.text.clone()));
+                    definitions.unknowns.insert((Namespace::Value, name.text.clone()));
                 }
                 ItemKind::Array { declared, name, .. } => {
                     if declared.is_unknown() {
-                        all.unknowns.insert((Namespace::Value, name.text.clone()));
+                        definitions.unknowns.insert((Namespace::Value, name.text.clone()));
                     }
                 }
                 ItemKind::Import { .. }
@@ -142,10 +141,10 @@ impl Definitions {
                 | ItemKind::Saturate { .. } => {}
             });
         }
-        all
+        definitions
     }
 
-    /// Hides a name and what it is defined by.
+    /// Hides a name and the names that define it.
     fn hide(&self, key: (Namespace, String), hidden: &mut BTreeSet<(Namespace, String)>) {
         let mut open = vec![key];
         while let Some(key) = open.pop() {
@@ -173,7 +172,7 @@ fn collect(expr: &Expr, names: &mut BTreeSet<String>) {
     }
 }
 
-/// Whether an expression reads a name whatever its conditions are.
+/// Whether an expression reads a name regardless of its conditions.
 fn surely_reads(expr: &Expr, name: &str) -> bool {
     match &expr.kind {
         ExprKind::Name(own) => own == name,
@@ -204,7 +203,7 @@ output s
 output r [1/s] = rate
 ";
 
-    /// Whether two effects exclude each other, by their clauses; each brings `a`, which is zero at its null.
+    /// Whether two effects exclude each other, given their clauses; each adds `a`, which is zero at its null.
     fn exclude(one: &str, other: &str) -> bool {
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
         let mut parsed = |text: String| {
@@ -235,7 +234,7 @@ output r [1/s] = rate
         assert!(exclude(haldane, contois));
         assert!(exclude(haldane, factor));
         assert!(!exclude(factor, factor));
-        // Through a `let` that it is defined by, and not beside it or after it.
+        // Through a `let` in its definition, and not next to it or after it.
         assert!(exclude(haldane, "null a = 0\nreplace K by K*(1 + a)"));
         assert!(!exclude(haldane, "null a = 0\nreplace rate by rate*(1 + a)"));
         assert!(exclude("null a = 0\nreplace rate by 2*(1 + a)*m*s/(K + s)", haldane));

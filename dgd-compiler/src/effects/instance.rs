@@ -1,4 +1,4 @@
-//! One application of an effect, with the names that everything has in the model.
+//! One application of an effect, with its names in the model.
 
 use super::declared::{Declarations, namespace_of, noun};
 use super::splice::mentions;
@@ -13,7 +13,7 @@ use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace, Part, units_of_expression_mut, units_of_item_mut};
 use crate::units::parse_unit;
 
-/// A change that an effect makes, in the names of the model.
+/// A change made by an effect, in the names of the model.
 #[derive(Debug, Clone)]
 pub(super) struct Change {
     /// The clause's place.
@@ -25,19 +25,19 @@ pub(super) struct Change {
 pub(super) enum ChangeKind {
     /// Uses of a name, in one equation or everywhere.
     Replace { name: Name, arguments: Vec<Name>, equation: Option<Name>, by: Expr },
-    /// What an output reads; `own` is what it is called within the expression.
+    /// The value of an output; `own` is its name within the expression.
     Output { output: Name, own: String, by: Expr },
     /// A term on the right of an equation.
     Add { equation: Name, value: Expr },
 }
 
-/// What one application brings and changes.
+/// The items and changes of one application.
 #[derive(Debug, Clone)]
 pub(super) struct Instance {
     pub(super) kind: EffectKind,
     pub(super) items: Vec<Item>,
     pub(super) changes: Vec<Change>,
-    /// Names that stand for what an output reads, with the output.
+    /// Names that represent the values of outputs, with the outputs.
     pub(super) readings: Vec<(String, Name)>,
     pub(super) brought: Brought,
 }
@@ -51,7 +51,7 @@ impl Instance {
         })
     }
 
-    /// Whether what it puts into the model mentions a name.
+    /// Whether its items and changes mention a name.
     pub(super) fn mentions(&self, name: &str) -> bool {
         let is_it = |other: &str| other == name;
         self.changes.iter().any(|change| match &change.kind {
@@ -62,7 +62,7 @@ impl Instance {
 }
 
 impl Instance {
-    /// Gives an effect's names those that they have in the model, and takes them into `declared`.
+    /// Translates an effect's names to their names in the model, and adds them to `declared`.
     pub(super) fn new(
         application: &Application<'_>,
         model: &Ast,
@@ -154,7 +154,7 @@ impl Instance {
 }
 
 impl ChangeKind {
-    /// The expression that is brought.
+    /// The new expression.
     pub(super) fn expression_mut(&mut self) -> &mut Expr {
         match self {
             ChangeKind::Replace { by: expr, .. }
@@ -212,7 +212,7 @@ fn change(clause: &Clause, names: &Renaming, readings: &[(String, Name)]) -> Tra
     }
 }
 
-/// Finds names for what an effect brings.
+/// Finds names for the declarations of an effect.
 struct Naming<'a, 'd> {
     application: &'a Application<'a>,
     declared: &'d mut Declarations,
@@ -221,9 +221,9 @@ struct Naming<'a, 'd> {
 }
 
 impl Naming<'_, '_> {
-    /// The name that something has in the model: with the arguments after it.
+    /// The name of a declaration in the model, followed by the arguments.
     ///
-    /// Where many effects are tried at a time, one whose name is taken has the effect's after it.
+    /// If many effects are tried at a time, a name that is taken is followed by the effect's.
     fn named(&mut self, namespace: Namespace, name: &Name) -> String {
         let effect = self.application.effect;
         let mut suffix = String::new();
@@ -236,8 +236,8 @@ impl Naming<'_, '_> {
             return first.text;
         };
         if self.blending != Blending::Applied {
-            let own = effect.full_name().replace('/', "_");
-            let text = format!("{}_{own}{suffix}", name.text);
+            let effect_name = effect.full_name().replace('/', "_");
+            let text = format!("{}_{effect_name}{suffix}", name.text);
             let second = Name { text, span: name.span };
             if self.declared.insert(namespace, &second).is_ok() {
                 return second.text;
@@ -271,7 +271,7 @@ fn blend_parameter(name: Name) -> Item {
     Item { span, doc: Vec::new(), kind }
 }
 
-/// The slots of an effect with what they stand for, once everything about that is right.
+/// The slots of an effect with their arguments, after checking them.
 fn bound<'a>(
     application: &'a Application<'_>,
     model: &Ast,
@@ -315,12 +315,12 @@ fn bound<'a>(
         };
         return Err(diagnostics.error(misfit(application.span, message).help(help)));
     }
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let bound: Vec<(&Slot, &Name)> = slots.iter().zip(&application.arguments).collect();
     for (slot, argument) in &bound {
-        let found = declared.get(namespace_of(slot.kind), &argument.text);
+        let declaration = declared.get(namespace_of(slot.kind), &argument.text);
         let fits = |kind: Option<SlotKind>| kind.is_some_and(|kind| kind.fits(slot.kind));
-        if !fits(found.and_then(|found| found.kind)) {
+        if !fits(declaration.and_then(|declaration| declaration.kind)) {
             let is = noun(slot.kind);
             let message = format!(
                 "`{}` is not {is} of the model, which `{}` must be",
@@ -331,23 +331,23 @@ fn bound<'a>(
             });
             let near =
                 suggestion(&argument.text, known).map(|near| format!("did you mean `{near}`?"));
-            own.error(
+            problems.error(
                 misfit(argument.span, message)
                     .label(slot.name.span, "asked for here")
                     .maybe_help(near),
             );
             continue;
         }
-        verify_dimension(slot, argument, declared, &mut own);
+        verify_dimension(slot, argument, declared, &mut problems);
     }
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
     Ok(bound)
 }
 
-/// An argument measures what the template asks for.
+/// Checks that an argument has the dimension of its slot.
 fn verify_dimension(slot: &Slot, argument: &Name, declared: &Declarations, own: &mut Diagnostics) {
     if matches!(slot.kind, SlotKind::Equation | SlotKind::Let) {
         return; // which is known when its units are checked

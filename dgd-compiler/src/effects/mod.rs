@@ -1,18 +1,17 @@
-//! Effects: small files that change a model, and what becomes of a model when they are applied.
+//! Effects: small files that change a model, and their application.
 //!
-//! An effect brings items of its own and says which uses of a name, which output or which equation
-//! of the model change. [`apply`] makes an ordinary tree of a model's tree and some effects, so that
-//! all later stages work on it as on any model; [`write()`] makes a text of it that keeps
-//! what the author of the model wrote.
+//! An effect adds items and changes uses of a name, an output or an equation of the model. [`apply`] makes an ordinary
+//! tree of a model's tree and some effects, so that all later stages treat it like any model; [`write()`] writes it as
+//! text that keeps the text of the model's author.
 //!
 //! | step | function | from | to |
 //! |---|---|---|---|
-//! | 1 | [`Effect::read`] | a parsed file | [`Effect`]: it is complete and fits together |
+//! | 1 | [`Effect::read`] | a parsed file | [`Effect`]: complete and consistent |
 //! | 2 | [`bind`] | `Effect`, `Model` | the arguments that a template can have there |
 //! | 3 | [`apply`] | trees of the model, [`Application`]s | [`Applied`]: the changed trees |
 //! | 4 | [`write()`] | trees before and after | text |
 //!
-//! [`Reach`] says which effects can be blended in together.
+//! [`Reach`] decides which effects can be blended in together.
 
 mod apply;
 mod bind;
@@ -37,18 +36,18 @@ pub use bind::bind;
 pub use exclusive::Reach;
 pub use write::write;
 
-/// An effect: what it is, what it brings and what it changes.
+/// An effect: its kind, its items and its changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effect {
-    /// Its name, which all forms of it share.
+    /// Its name, which all its forms share.
     pub name: Name,
-    /// Which realisation of it this is.
+    /// Its form, if it has several.
     pub form: Option<Name>,
     /// Plant, sensor or input.
     pub kind: EffectKind,
     /// Doc comment above it.
     pub doc: Vec<String>,
-    /// What it can be applied to.
+    /// Its possible targets.
     pub target: Target,
     /// The file: items, and clauses after `effect`.
     pub ast: Ast,
@@ -64,19 +63,19 @@ impl Effect {
     }
 }
 
-/// An effect with the arguments it is applied to.
+/// An effect with its arguments.
 #[derive(Debug, Clone)]
 pub struct Application<'a> {
     /// The effect.
     pub effect: &'a Effect,
     /// Names in the model, one for each argument of a template; none for an effect `on` a model.
     pub arguments: Vec<Name>,
-    /// Where it was asked for, to say what is wrong with it as a whole.
+    /// Place of the request, for errors that concern the whole.
     pub span: Span,
 }
 
 impl Application<'_> {
-    /// As one writes it: `gain_error(q_ssp)`.
+    /// Its source form: `gain_error(q_ssp)`.
     pub fn name(&self) -> String {
         let arguments: Vec<&str> = self.arguments.iter().map(|name| name.text.as_str()).collect();
         match arguments.as_slice() {
@@ -86,33 +85,31 @@ impl Application<'_> {
     }
 }
 
-/// How much of an effect stands in the model.
+/// The share of an effect that acts in the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Blending {
-    /// All of it. Two plant effects that replace the same use are refused.
+    /// Full effect. Two plant effects that replace the same use are refused.
     Applied,
-    /// Nothing, at the values that the parameters have: those named by `null` have their null
-    /// value, and an effect without `null` is blended in, new = old + λ (new − old), by a parameter
-    /// λ that is zero. Effects on one use are stacked.
+    /// No effect at the values of the parameters: those named by `null` have their null value, and an effect without
+    /// `null` is blended in, new = old + λ (new − old), by a parameter λ that is zero. Effects on one use are stacked.
     Null,
-    /// Nothing, by a λ that is zero, whatever the effect has a `null` for: for effects that have no
-    /// derivative there.
+    /// No effect because λ is zero, whatever the effect's `null`: for effects without a derivative at their null.
     Blended,
 }
 
 /// A model with effects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Applied {
-    /// The model's tree, then those of its libraries, as stage 2 takes them.
+    /// The model's tree, then those of its libraries, as stage 2 expects them.
     pub asts: Vec<Ast>,
-    /// What every application brought, in the order in which they were given.
+    /// The items of each application, in the given order.
     pub brought: Vec<Brought>,
 }
 
-/// What one application brought into a model, by the names that it has there.
+/// The items that one application added to a model, by their names there.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Brought {
-    /// The application as one writes it.
+    /// The application in source form.
     pub name: String,
     /// Doc comment of the effect.
     pub doc: Vec<String>,
@@ -120,9 +117,9 @@ pub struct Brought {
     pub names: Vec<(String, String)>,
     /// Parameters, in the order written, without the blend.
     pub parameters: Vec<String>,
-    /// Those of the parameters for which the effect has a `null`.
+    /// The parameters for which the effect has a `null`.
     pub null: Vec<String>,
-    /// λ, where the effect is blended in.
+    /// λ, if the effect is blended in.
     pub blend: Option<String>,
     /// The effect's file.
     pub source: SourceId,

@@ -1,4 +1,4 @@
-//! Opening `let`s and functions in an equation, as far as a name is used after them.
+//! Expands `let`s and functions in an equation if they use a name.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,10 +8,10 @@ use crate::syntax::ast::{Argument, Ast, Expr, ExprKind, Item, ItemKind};
 use crate::syntax::local::without_lets;
 use crate::syntax::visit;
 
-/// Operands, `let`s and functions within one another are opened this deep.
+/// Limit on the nesting of operands, `let`s and functions that are expanded.
 const DEEPEST: usize = 256;
 
-/// The choices of variants within which something stands: variant and choice, outermost first.
+/// The choices of variants that contain an item: variant and choice, outermost first.
 pub(super) type Path = Vec<(String, usize)>;
 
 /// A `let` or a function of the model.
@@ -22,14 +22,14 @@ struct Definition {
     value: Expr,
 }
 
-/// All that can be opened, by name.
+/// All definitions that can be expanded, by name.
 #[derive(Debug, Default)]
 pub(super) struct Definitions {
     all: BTreeMap<String, Vec<Definition>>,
 }
 
 impl Definitions {
-    /// What a model and its libraries define now.
+    /// The current definitions of a model and its libraries.
     pub(super) fn collect(asts: &[Ast]) -> Definitions {
         let mut definitions = Definitions::default();
         for ast in asts {
@@ -80,13 +80,13 @@ impl Definitions {
     }
 }
 
-/// Opens an equation's expressions for one splice.
+/// Expands an equation's expressions for one splice.
 pub(super) struct Opening<'a> {
     splice: &'a Splice<'a>,
     definitions: &'a Definitions,
-    /// Where the equation stands.
+    /// The choices that contain the equation.
     path: &'a Path,
-    /// Names through which a use is reached.
+    /// Names whose definitions lead to a use.
     leading: BTreeSet<&'a str>,
 }
 
@@ -102,18 +102,18 @@ impl<'a> Opening<'a> {
         opening
     }
 
-    /// The definitions of a name that can hold where the equation does.
+    /// The definitions of a name that can be active together with the equation.
     fn definitions_of(&self, name: &str) -> Vec<&'a Definition> {
-        let all = self.definitions.all.get(name).map_or(&[][..], Vec::as_slice);
+        let candidates = self.definitions.all.get(name).map_or(&[][..], Vec::as_slice);
         let agrees = |definition: &&Definition| {
             definition.path.iter().all(|(variant, choice)| {
                 self.path.iter().all(|(other, chosen)| other != variant || chosen == choice)
             })
         };
-        all.iter().filter(agrees).collect()
+        candidates.iter().filter(agrees).collect()
     }
 
-    /// Names that stand for something in which the replaced name is used, at once or through others.
+    /// Names whose definitions use the replaced name, directly or through others.
     fn leading_names(&self, done: &Done) -> BTreeSet<&'a str> {
         let mut users: BTreeMap<&str, Vec<&'a str>> = BTreeMap::new();
         let mut pending: Vec<&'a str> = Vec::new();
@@ -139,7 +139,7 @@ impl<'a> Opening<'a> {
         leading
     }
 
-    /// Whether an expression uses the replaced name itself; other names that it reads are collected.
+    /// Whether an expression uses the replaced name itself; collects the other names that it reads.
     fn uses(
         &self,
         expr: &'a Expr,
@@ -169,7 +169,7 @@ impl<'a> Opening<'a> {
         any
     }
 
-    /// Puts what they stand for in the place of names and calls through which a use is reached.
+    /// Replaces names and calls that lead to a use by their definitions.
     pub(super) fn open(&self, expr: &mut Expr, done: &mut Done, diagnostics: &mut Diagnostics) {
         self.open_within(expr, 0, done, diagnostics);
     }
@@ -193,7 +193,7 @@ impl<'a> Opening<'a> {
             ExprKind::Call { function, .. } => Some(function.text.clone()),
             _ => None,
         };
-        // The expression that an earlier effect has put here counts as one use.
+        // The expression inserted here by an earlier effect counts as one use.
         if !self.splice.is_use(expr, &[], &done.replaced) || name.is_some() {
             for operand in visit::operands_mut(expr) {
                 self.open_within(operand, nesting + 1, done, diagnostics);

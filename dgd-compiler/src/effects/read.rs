@@ -1,4 +1,4 @@
-//! From a parsed file to an effect that is complete.
+//! Turns a parsed file into a complete effect.
 
 use std::collections::BTreeMap;
 
@@ -14,8 +14,8 @@ impl Effect {
     ///
     /// # Errors
     ///
-    /// [`Reported`] where the file is not an effect, lacks its `kind`, says something twice, changes
-    /// nothing, or names arguments and parameters that it does not have.
+    /// [`Reported`] if the file is not an effect, lacks its `kind`, repeats a clause that is allowed only once, changes
+    /// nothing, or refers to arguments and parameters that it does not have.
     pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, Reported> {
         let Some(header) = &ast.effect else {
             let start = Span { source: ast.source, start: 0, end: 0 };
@@ -24,7 +24,7 @@ impl Effect {
                     .help("begin it with `effect NAME on MODEL` or `effect NAME(y: output)`"),
             ));
         };
-        let mut own = Diagnostics::default();
+        let mut problems = Diagnostics::default();
         let mut kind = None;
         let mut form: Option<Name> = None;
         for clause in &header.clauses {
@@ -33,11 +33,15 @@ impl Effect {
                     once(
                         kind.replace((*this, clause.span)).map(|(_, span)| span),
                         clause.span,
-                        &mut own,
+                        &mut problems,
                     );
                 }
                 ClauseKind::Form(this) => {
-                    once(form.replace(this.clone()).map(|name| name.span), this.span, &mut own);
+                    once(
+                        form.replace(this.clone()).map(|name| name.span),
+                        this.span,
+                        &mut problems,
+                    );
                 }
                 ClauseKind::Null { .. }
                 | ClauseKind::Replace { .. }
@@ -46,25 +50,25 @@ impl Effect {
             }
         }
         if kind.is_none() {
-            own.error(
+            problems.error(
                 incomplete(header.name.span, format!("effect `{}` has no kind", header.name.text))
                     .help(
                         "write `kind plant`, `kind sensor` or `kind input` behind its first line",
                     ),
             );
         }
-        verify_changes(&ast, header, &mut own);
-        verify_nulls(&ast, header, &mut own);
-        verify_items(&ast, &mut own);
+        verify_changes(&ast, header, &mut problems);
+        verify_nulls(&ast, header, &mut problems);
+        verify_items(&ast, &mut problems);
         let slots = match &header.target {
             Target::Model(_) => &[],
             Target::Template(slots) => slots.as_slice(),
         };
-        verify_slots(&ast, slots, &mut own);
-        for diagnostic in own.sorted() {
+        verify_slots(&ast, slots, &mut problems);
+        for diagnostic in problems.sorted() {
             diagnostics.error(diagnostic.clone());
         }
-        own.check()?;
+        problems.check()?;
         let Some((kind, _)) = kind else {
             unreachable!("an effect without a kind has been reported");
         };
@@ -83,7 +87,7 @@ fn incomplete(span: Span, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(Code::E213, span, message)
 }
 
-/// Reports what an effect may say only once and says again.
+/// Reports a clause that is repeated although it is allowed only once.
 fn once(earlier: Option<Span>, span: Span, diagnostics: &mut Diagnostics) {
     if let Some(earlier) = earlier {
         let message = "an effect says this once";
@@ -91,8 +95,7 @@ fn once(earlier: Option<Span>, span: Span, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// Checks that an effect does more than declare: it changes something, or brings an output or an
-/// equation.
+/// Checks that an effect does more than declare: that it changes something, or adds an output or an equation.
 fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics) {
     let mut acts = header.clauses.iter().any(is_change);
     visit::items(&ast.items, &mut |item| {
@@ -116,7 +119,7 @@ fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostic
     }
 }
 
-/// Whether a clause changes something of the model.
+/// Whether a clause changes the model.
 fn is_change(clause: &Clause) -> bool {
     matches!(
         clause.kind,
@@ -125,14 +128,14 @@ fn is_change(clause: &Clause) -> bool {
 }
 
 impl Effect {
-    /// Whether it changes something that the model has. One that does not brings outputs, or
-    /// equations of unknowns of its own: it explains nothing that the model got wrong.
+    /// Whether it changes an item of the model. Otherwise it only adds outputs, or equations of unknowns of its own,
+    /// which cannot improve the model's predictions.
     pub fn changes_model(&self) -> bool {
         self.ast.effect.iter().flat_map(|header| &header.clauses).any(is_change)
     }
 }
 
-/// Every `null` names a parameter of the effect, once.
+/// Checks that every `null` names a parameter of the effect, and no parameter twice.
 fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics) {
     let mut parameters: Vec<&str> = Vec::new();
     visit::items(&ast.items, &mut |item| {
@@ -140,10 +143,10 @@ fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics)
             parameters.push(&name.text);
         }
     });
-    let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+    let mut spans: BTreeMap<&str, Span> = BTreeMap::new();
     for clause in &header.clauses {
         let ClauseKind::Null { name, .. } = &clause.kind else { continue };
-        once(seen.insert(&name.text, name.span), name.span, diagnostics);
+        once(spans.insert(&name.text, name.span), name.span, diagnostics);
         if !parameters.contains(&name.text.as_str()) {
             let message = format!("this effect has no parameter `{}`", name.text);
             let help = match suggestion(&name.text, parameters.iter().copied()) {
@@ -158,7 +161,7 @@ fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics)
     }
 }
 
-/// What cannot be brought into a model.
+/// Refuses items that an effect cannot add to a model.
 fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
     visit::items(&ast.items, &mut |item| {
         if let ItemKind::Import { path_span, .. } = &item.kind {
@@ -177,12 +180,12 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
     });
 }
 
-/// The arguments of a template differ, have units that can be read, and are not declared again;
-/// `[unit(y)]` is the unit of one of them.
+/// Checks that the arguments of a template differ, have valid units, and are not declared again; `[unit(y)]` is the
+/// unit of one of them.
 fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
-    let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+    let mut spans: BTreeMap<&str, Span> = BTreeMap::new();
     for slot in slots {
-        if let Some(first) = seen.insert(&slot.name.text, slot.name.span) {
+        if let Some(first) = spans.insert(&slot.name.text, slot.name.span) {
             let message = format!("two arguments are called `{}`", slot.name.text);
             diagnostics.error(
                 Diagnostic::new(Code::E202, slot.name.span, message).label(first, "first here"),
@@ -197,7 +200,7 @@ fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
     for mut item in ast.items.iter().cloned() {
         visit::parts_mut(&mut item, &mut |part| {
             if let Part::Declares(_, name) = part
-                && let Some(argument) = seen.get(name.text.as_str())
+                && let Some(argument) = spans.get(name.text.as_str())
             {
                 let message = format!("`{}` is an argument of the effect", name.text);
                 diagnostics.error(

@@ -1,11 +1,11 @@
-//! Signs of terms that effects have brought, as one writes them: `a - k*x` for `a + -k*x`.
+//! Signs of terms added by effects, in the usual form: `a - k*x` for `a + -k*x`.
 
 use crate::source::SourceId;
 use crate::syntax::ast::{Expr, ExprKind, Sign};
 use crate::syntax::visit;
 
-/// Takes the minus in front of a term into the sum that it stands in, where an effect has brought it; `model` are the
-/// files whose own text stays as it is. Values stay the same to the bit.
+/// Moves the minus of a term added by an effect into the sum that contains it; `model` are the files whose own text
+/// stays as it is. Values stay bit-identical.
 pub(super) fn tidy(expr: &mut Expr, model: &[SourceId]) {
     for operand in visit::operands_mut(expr) {
         tidy(operand, model);
@@ -23,7 +23,7 @@ pub(super) fn tidy(expr: &mut Expr, model: &[SourceId]) {
     }
 }
 
-/// What an effect has put a minus in front of.
+/// The operand of a minus added by an effect.
 fn without_minus(term: &Expr, model: &[SourceId]) -> Option<Expr> {
     match &term.kind {
         ExprKind::Negate(inner) if !model.contains(&term.span.source) => Some((**inner).clone()),

@@ -1,8 +1,8 @@
-//! Putting an expression in the place of the uses of a name.
+//! Replaces the uses of a name by an expression.
 //!
-//! A use is a name, or a call, that stands in the model's text or in what another effect brings; a
-//! sensor's effect leaves alone what others bring. Where an earlier effect stands in the place of the
-//! same name, its expression is what a later one finds as the old value.
+//! A use is a name, or a call, in the model's text or in an item of another effect; a sensor's effect does not change
+//! the items of others. If an earlier effect has replaced the same name, a later one takes the earlier expression as
+//! the old value.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,27 +13,27 @@ use crate::source::{SourceId, Span};
 use crate::syntax::ast::{EffectKind, Expr, ExprKind, Name};
 use crate::syntax::visit;
 
-/// Deeper expressions are refused: every later pass walks over trees.
+/// Deeper expressions are refused because every later pass recurses over trees.
 pub(super) const DEEPEST: usize = 256;
 
 /// A model may grow by this many operands.
 const LARGEST: usize = 200_000;
 
-/// Where effects have replaced a name: the name, and the place of the expression that stands there.
+/// Places where effects have replaced a name: the name, and the place of the new expression.
 pub(super) type Replaced = BTreeMap<(String, Span), Replacement>;
 
-/// What stands in the place of a name.
+/// A replacement of a name.
 #[derive(Debug)]
 pub(super) struct Replacement {
     /// The clause of the effect, and its kind.
     clause: Span,
     kind: EffectKind,
-    /// Names that its applications have brought, one of which stands in the expression: a template that was applied to
-    /// several names has put expressions of one place in all of them.
+    /// Names added by its applications, one of which occurs in the expression: a template applied to several names puts
+    /// expressions with the same place into all of them.
     marks: BTreeSet<String>,
 }
 
-/// What is replaced by what.
+/// A name and its replacement.
 #[derive(Debug)]
 pub(super) struct Splice<'a> {
     pub(super) name: &'a Name,
@@ -48,13 +48,13 @@ pub(super) struct Splice<'a> {
     /// Files of the model and its libraries.
     pub(super) model: &'a [SourceId],
     pub(super) blending: Blending,
-    /// λ, where the effect is blended in.
+    /// λ, if the effect is blended in.
     pub(super) blend: Option<&'a str>,
-    /// Names that the application brings.
+    /// Names that the application adds.
     pub(super) marks: BTreeSet<String>,
 }
 
-/// What splices have done so far.
+/// The results of splices so far.
 #[derive(Debug, Default)]
 pub(super) struct Done {
     pub(super) replaced: Replaced,
@@ -62,7 +62,7 @@ pub(super) struct Done {
 }
 
 impl Done {
-    /// Counts what a model grows by.
+    /// Counts the growth of a model.
     pub(super) fn grow(&mut self, by: &Expr) {
         self.n_operands = self.n_operands.saturating_add(size(by));
     }
@@ -74,7 +74,7 @@ impl Done {
 }
 
 impl Splice<'_> {
-    /// Whether a name at this place is one that the effect can replace.
+    /// Whether the effect can replace a name at this place.
     pub(super) fn can_replace(&self, span: Span) -> bool {
         match self.kind {
             EffectKind::Input | EffectKind::Plant => span.source != self.own,
@@ -99,15 +99,15 @@ impl Splice<'_> {
 
     /// The effect that has replaced the name here and acts before this one.
     fn earlier<'r>(&self, expr: &Expr, replaced: &'r Replaced) -> Option<&'r Replacement> {
-        let found = replaced.get(&(self.name.text.clone(), expr.span));
-        let stands_here = |found: &&Replacement| {
-            found.marks.is_empty() || mentions(expr, &|name| found.marks.contains(name))
+        let earlier = replaced.get(&(self.name.text.clone(), expr.span));
+        let stands_here = |earlier: &&Replacement| {
+            earlier.marks.is_empty() || mentions(expr, &|name| earlier.marks.contains(name))
         };
-        // Input effects act before all others, as what replaces an input is not an input.
-        let acts = |found: &&Replacement| {
-            self.kind != EffectKind::Input || found.kind == EffectKind::Input
+        // Input effects act before all others because the replacement of an input is not an input.
+        let acts = |earlier: &&Replacement| {
+            self.kind != EffectKind::Input || earlier.kind == EffectKind::Input
         };
-        found.filter(acts).filter(stands_here)
+        earlier.filter(acts).filter(stands_here)
     }
 
     /// Replaces the uses in an expression and returns their number.
@@ -156,7 +156,7 @@ impl Splice<'_> {
         n_uses
     }
 
-    /// Replaces a call whose arguments were taken out of it.
+    /// Replaces a call whose arguments have been removed from it.
     fn put_call(
         &self,
         expr: &mut Expr,
@@ -194,7 +194,7 @@ impl Splice<'_> {
         }
     }
 
-    /// Puts the new expression in the place of a use, with the use as the old value in it.
+    /// Replaces a use by the new expression, with the use as its old value.
     fn put(&self, expr: &mut Expr, given: &[Expr], done: &mut Done, diagnostics: &mut Diagnostics) {
         let values: Vec<(&str, &Expr)> =
             self.arguments.iter().map(|name| name.text.as_str()).zip(given).collect();
@@ -216,7 +216,7 @@ impl Splice<'_> {
         }
     }
 
-    /// old + λ (new − old), or all of the new.
+    /// old + λ (new − old), or new.
     fn stand_in(&self, expr: &mut Expr, new: Expr, done: &mut Done) {
         let span = self.by.span;
         done.grow(&new);
@@ -243,7 +243,7 @@ pub(super) fn mentions(expr: &Expr, is_one: &dyn Fn(&str) -> bool) -> bool {
     is_it || visit::operands(expr).into_iter().any(|operand| mentions(operand, is_one))
 }
 
-/// The message where a model grows beyond its limit.
+/// The error for a model that grows beyond its limit.
 pub(super) fn too_large(span: Span) -> Diagnostic {
     Diagnostic::new(Code::E211, span, "the model becomes too large when this is put into it")
         .help("name parts of the expressions with `let`, or replace the name everywhere")
@@ -254,7 +254,7 @@ pub(super) fn is_derivative(expr: &Expr) -> bool {
     matches!(&expr.kind, ExprKind::Call { function, .. } if function.text == "der")
 }
 
-/// Puts values in the place of names.
+/// Replaces names by values.
 pub(super) fn substitute(expr: &mut Expr, values: &[(&str, &Expr)]) {
     if let ExprKind::Name(name) = &expr.kind {
         if let Some((_, value)) = values.iter().find(|(known, _)| known == name) {
@@ -270,12 +270,12 @@ pub(super) fn substitute(expr: &mut Expr, values: &[(&str, &Expr)]) {
     }
 }
 
-/// How deep an expression nests.
+/// Depth of an expression.
 pub(super) fn depth(expr: &Expr) -> usize {
     1 + visit::operands(expr).into_iter().map(depth).max().unwrap_or(0)
 }
 
-/// How many nodes an expression has.
+/// Number of nodes of an expression.
 fn size(expr: &Expr) -> usize {
     1 + visit::operands(expr).into_iter().map(size).sum::<usize>()
 }

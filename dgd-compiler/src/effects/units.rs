@@ -1,7 +1,6 @@
 //! `[unit(y)]`: the unit of a template's argument.
 //!
-//! It is the unit of differences: `bar` for `bara`, and `K` for `°C`, since an offset of 0 °C is no
-//! offset.
+//! It is the unit of differences: `bar` for `bara`, and `K` for `°C` because an offset of 0 °C means no offset.
 
 use super::Effect;
 use crate::syntax::ast::{Ast, ClauseKind, Expr, SlotKind, Target, Unit};
@@ -11,29 +10,29 @@ use crate::units::{describe, parse_unit};
 
 /// Visits every unit of an effect's items and clauses.
 pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&Unit)) {
-    let mut seen = |unit: &mut Unit| visit(unit);
+    let mut visit_unit = |unit: &mut Unit| visit(unit);
     for item in &ast.items {
-        units_of_item_mut(&mut item.clone(), &mut seen);
+        units_of_item_mut(&mut item.clone(), &mut visit_unit);
     }
     for clause in ast.effect.iter().flat_map(|effect| &effect.clauses) {
         if let Some(expr) = expression_of(&clause.kind) {
-            units_of_expression_mut(&mut expr.clone(), &mut seen);
+            units_of_expression_mut(&mut expr.clone(), &mut visit_unit);
         }
     }
 }
 
-/// Whether an effect takes the unit of an equation or of a `let`, which the text need not declare.
+/// Whether an effect uses the unit of an equation or of a `let`, which the text need not declare.
 pub(super) fn of_equations(effect: &Effect) -> bool {
     let Target::Template(slots) = &effect.target else { return false };
     let is_inferred = |name: &str| {
         let is_one = |kind: SlotKind| matches!(kind, SlotKind::Equation | SlotKind::Let);
         slots.iter().any(|slot| slot.name.text == name && is_one(slot.kind))
     };
-    let mut found = false;
+    let mut is_found = false;
     each(&effect.ast, &mut |unit| {
-        found |= arguments_in(&unit.text).into_iter().any(is_inferred);
+        is_found |= arguments_in(&unit.text).into_iter().any(is_inferred);
     });
-    found
+    is_found
 }
 
 /// The expression of a clause.
@@ -47,7 +46,7 @@ fn expression_of(clause: &ClauseKind) -> Option<&Expr> {
     }
 }
 
-/// The names of which a unit's text takes the units.
+/// The names whose units the text of a unit refers to.
 pub(super) fn arguments_in(text: &str) -> Vec<&str> {
     let parts = text.split("unit(").skip(1);
     parts.filter_map(|part| part.split_once(')').map(|(name, _)| name.trim())).collect()
@@ -65,7 +64,7 @@ pub(super) fn opened(text: &str, unit_of: &dyn Fn(&str) -> Option<String>) -> St
     if before.is_empty() && behind.is_empty() {
         return symbol;
     }
-    // A plain number changes no product, unless more is divided by beside it.
+    // A plain number does not change a product, unless a further divisor follows.
     let ends = behind.is_empty() || behind.starts_with(['/', ')']);
     if let Some(before) = before.strip_suffix('/').filter(|_| symbol == "1" && ends) {
         return format!("{before}{}", opened(behind, unit_of));

@@ -1,8 +1,7 @@
-//! The text of a changed model, as its author would have changed it.
+//! Writes a changed model in the style of its author.
 //!
-//! What did not change keeps its text, comments and lines. A changed expression is written in its
-//! place. What effects brought stands after the model's items, each effect under a remark that says
-//! what it is.
+//! Unchanged items keep their text, comments and lines. A changed expression is written in its place. The items of
+//! effects follow the model's items, those of each effect under a remark that describes it.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -18,21 +17,21 @@ use crate::syntax::{layout, parse, parse_what_is_sound};
 
 /// The text of `after`, which came from `before` by applying effects or setting values.
 ///
-/// It is laid out canonically, and parsing it gives the tree `after`, places aside.
+/// It is laid out canonically, and parsing it gives the tree `after`, apart from places.
 pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) -> String {
     let text = sources.get(before.source).text.as_str();
     let mut edits: Vec<(Range<usize>, String)> = Vec::new();
     let same = |a: &Item, b: &Item| a.span == b.span;
-    // Items that are gone, with what has come into their places.
+    // Removed items, with their replacements.
     let mut gone: Vec<Option<String>> = Vec::with_capacity(before.items.len());
     for item in &before.items {
-        let found = after.items.iter().find(|other| same(item, other));
-        if let Some(other) = found {
+        let successor = after.items.iter().find(|other| same(item, other));
+        if let Some(other) = successor {
             item_edits(item, other, &mut edits);
         }
-        gone.push(found.is_none().then(|| as_remark(item, text, &mut edits)));
+        gone.push(successor.is_none().then(|| as_remark(item, text, &mut edits)));
     }
-    // What libraries held takes the place of the first import, what a part held that of the part.
+    // Items of libraries replace the first import; items of a part replace the part.
     let mut behind = Appendix { sources, brought, text: String::new(), last: None };
     let mut next = 0;
     for item in &after.items {
@@ -44,9 +43,10 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
             behind.item(item, index);
             continue;
         }
-        let own = (next..before.items.len()).find(|&at| holds(&before.items[at], item));
+        let holder = (next..before.items.len()).find(|&at| holds(&before.items[at], item));
         let any = (next..gone.len()).find(|&at| gone[at].is_some());
-        if let Some(place) = own.or(any).and_then(|at| gone[at].as_mut().inspect(|_| next = at)) {
+        if let Some(place) = holder.or(any).and_then(|at| gone[at].as_mut().inspect(|_| next = at))
+        {
             place.push_str(&print_item(item));
         }
     }
@@ -55,20 +55,20 @@ pub fn write(before: &Ast, after: &Ast, brought: &[Brought], sources: &Sources) 
     edits.sort_by_key(|(range, _)| range.start);
 
     let mut out = String::with_capacity(text.len() + behind.text.len());
-    let mut at = 0;
+    let mut position = 0;
     for (range, edit) in edits {
-        out.push_str(&text[at..range.start]);
+        out.push_str(&text[position..range.start]);
         out.push_str(&edit);
-        at = range.end;
+        position = range.end;
     }
-    out.push_str(&text[at..]);
+    out.push_str(&text[position..]);
     out.truncate(out.trim_end().len());
     out.push('\n');
     out.push_str(&behind.text);
     laid_out(&out, after).or_else(|| laid_out(&print(after), after)).unwrap_or_else(|| print(after))
 }
 
-/// The canonical layout of a text, if it says what the tree does.
+/// The canonical layout of a text, if it parses to the tree.
 fn laid_out(text: &str, ast: &Ast) -> Option<String> {
     let mut sources = Sources::default();
     let mut diagnostics = Diagnostics::default();
@@ -83,7 +83,7 @@ fn range(span: Span) -> Range<usize> {
     span.start as usize..span.end as usize
 }
 
-/// The trace of a removed item: a part is remembered, and its doc comment becomes a remark.
+/// A removed part as a remark, including its doc comment; empty for other items.
 fn as_remark(item: &Item, text: &str, edits: &mut Vec<(Range<usize>, String)>) -> String {
     if !matches!(item.kind, ItemKind::Part { .. }) {
         return String::new();
@@ -128,7 +128,7 @@ fn declared(item: &Item) -> Option<String> {
     name
 }
 
-/// Whether an application has brought an item.
+/// Whether an application has added an item.
 fn is_of(item: &Item, brought: &Brought) -> bool {
     // An event or a bound declares nothing.
     declared(item).map_or(item.span.source == brought.source, |name| {
@@ -136,7 +136,7 @@ fn is_of(item: &Item, brought: &Brought) -> bool {
     })
 }
 
-/// What must change in the text for one item to become another.
+/// The edits that turn the text of one item into another.
 fn item_edits(before: &Item, after: &Item, edits: &mut Vec<(Range<usize>, String)>) {
     if let (ItemKind::Variant { choices: before, .. }, ItemKind::Variant { choices: after, .. }) =
         (&before.kind, &after.kind)
@@ -162,16 +162,16 @@ fn item_edits(before: &Item, after: &Item, edits: &mut Vec<(Range<usize>, String
 }
 
 fn expressions(item: &Item) -> Vec<Expr> {
-    let mut all = Vec::new();
+    let mut expressions = Vec::new();
     visit::parts_mut(&mut item.clone(), &mut |part| {
         if let Part::Expr(_, expr) = part {
-            all.push(expr.clone());
+            expressions.push(expr.clone());
         }
     });
-    all
+    expressions
 }
 
-/// An item with one and the same expression in all places.
+/// An item with all its expressions replaced by the same one.
 fn without_expressions(item: &Item) -> Item {
     let mut item = item.clone();
     let nothing = ExprKind::Name(String::new());
@@ -188,7 +188,7 @@ struct Appendix<'a> {
     sources: &'a Sources,
     brought: &'a [Brought],
     text: String,
-    /// The application and the item that was written last.
+    /// The application and the item that were written last.
     last: Option<(usize, Span)>,
 }
 
@@ -208,7 +208,7 @@ impl Appendix<'_> {
         self.last = Some((index, item.span));
 
         let source = self.sources.get(item.span.source);
-        // With the blanks before it: comments that stand below each other do so again.
+        // Includes the blanks before it, so that aligned comments stay aligned.
         let line_end =
             source.text[item.span.end as usize..].lines().next().unwrap_or("").trim_end();
         let remark = line_end.trim_start();
@@ -246,7 +246,7 @@ impl Appendix<'_> {
     }
 }
 
-/// An item's text in its file, if it still says what the item does.
+/// The item's text in its file, if it still agrees with the item.
 fn read_again<'a>(item: &Item, sources: &'a Sources) -> Option<&'a str> {
     let file: SourceId = item.span.source;
     let as_read = parse_what_is_sound(file, sources);

@@ -1,16 +1,16 @@
 //! Symbolic derivatives, by reverse accumulation over the part of the graph a root is made of.
 //!
-//! The adjoint of an expression e is ∂root/∂e. Going from the root to its operands, an operand o
-//! of e gains adjoint(e) · ∂e/∂o. One sweep gives the derivatives to all symbols; its cost and the
-//! size of what it adds are in proportion to the root's own size.
+//! The adjoint of an expression e is ∂root/∂e. Going from the root to its operands, an operand o of e gains adjoint(e)
+//! · ∂e/∂o. One sweep gives the derivatives to all symbols; its cost and the number of nodes that it adds are
+//! proportional to the size of the root.
 
 use super::graph::{ExprId, Graph, Node, Symbol};
 use super::intrinsics::Definition;
 use crate::expr::hash::HashMap;
 
 impl Graph {
-    /// ∂root/∂symbol for every symbol that `wanted` gives a position, where it is not zero:
-    /// (position, derivative), positions ascending.
+    /// The nonzero ∂root/∂symbol for every symbol that `wanted` gives a position: (position, derivative), positions
+    /// ascending.
     pub fn gradient(
         &mut self,
         root: ExprId,
@@ -18,7 +18,7 @@ impl Graph {
     ) -> Vec<(usize, ExprId)> {
         let order = self.reachable([root]);
 
-        // Only what depends on a wanted symbol gets an adjoint.
+        // Only expressions that depend on a wanted symbol get an adjoint.
         let mut depends: HashMap<ExprId, bool> =
             HashMap::with_capacity_and_hasher(order.len(), <_>::default());
         for &id in &order {
@@ -32,7 +32,7 @@ impl Graph {
 
         let one = self.constant(1.0);
         let mut adjoints: HashMap<ExprId, ExprId> = [(root, one)].into_iter().collect();
-        let mut found = Vec::new();
+        let mut derivatives = Vec::new();
         for &id in order.iter().rev() {
             if !depends[&id] {
                 continue;
@@ -42,7 +42,7 @@ impl Graph {
                 && let Some(position) = wanted(symbol)
             {
                 if self.value(adjoint) != Some(0.0) {
-                    found.push((position, adjoint));
+                    derivatives.push((position, adjoint));
                 }
                 continue;
             }
@@ -54,11 +54,11 @@ impl Graph {
                 adjoints.insert(operand, sum);
             }
         }
-        found.sort_unstable_by_key(|(position, _)| *position);
-        found
+        derivatives.sort_unstable_by_key(|(position, _)| *position);
+        derivatives
     }
 
-    /// What each operand's adjoint gains from an expression with this adjoint.
+    /// The contributions of an expression with this adjoint to the adjoints of its operands.
     fn partials(
         &mut self,
         id: ExprId,
@@ -149,13 +149,13 @@ impl Graph {
         parts
     }
 
-    /// An operand's part: the adjoint times the slope.
+    /// An operand's contribution: the adjoint times the slope.
     fn chained(&mut self, adjoint: ExprId, slope: ExprId) -> ExprId {
         self.in_its_branch(adjoint, |g, adjoint| g.multiply(adjoint, slope))
     }
 
-    /// What `act` makes of an adjoint, zero where the adjoint is zero for being in a branch that was
-    /// not chosen: there slopes need not be numbers, and zero times an infinite one is not zero.
+    /// The result of `act` on an adjoint, or zero if the adjoint is zero because its branch was not chosen: there
+    /// slopes may be NaN, and zero times an infinite one is not zero.
     fn in_its_branch(
         &mut self,
         adjoint: ExprId,

@@ -1,4 +1,4 @@
-//! Expressions as text: a listing in which what is used twice, named or long has a line of its own.
+//! Expressions as text: a listing in which shared, named and long expressions have lines of their own.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,10 +9,10 @@ use crate::expr::hash::HashMap;
 /// Text longer than this gets a line of its own, so that printing stays linear in the graph.
 const LONGEST_INLINE: usize = 160;
 
-/// Expressions written out.
+/// A listing of expressions.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Listing {
-    /// `name = text` in an order in which every name is defined before it is used.
+    /// `name = text`, with every name defined before its use.
     pub lines: Vec<(String, String)>,
     /// The text of each root.
     pub roots: Vec<String>,
@@ -33,7 +33,7 @@ enum Tightness {
     Atom,
 }
 
-/// Writes expressions out. `names` are those that the model gives to expressions.
+/// Lists expressions. `names` are the model's names of expressions.
 pub fn listing(
     graph: &Graph,
     roots: &[ExprId],
@@ -127,7 +127,7 @@ fn node_text(
     }
 }
 
-/// A number in the shortest spelling that reads back as itself.
+/// The shortest spelling of a number that reads back as itself.
 pub fn number(value: f64) -> String {
     let plain = format!("{value}");
     let scientific = format!("{value:e}");
@@ -135,7 +135,7 @@ pub fn number(value: f64) -> String {
 }
 
 impl Comparison {
-    /// As the language spells it.
+    /// Its spelling in the language.
     pub fn spelling(self) -> &'static str {
         match self {
             Comparison::Less => "<",

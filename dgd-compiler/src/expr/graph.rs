@@ -1,7 +1,7 @@
-//! The expression graph: every distinct expression once, operands before what uses them.
+//! The expression graph: every distinct expression once, operands before their readers.
 //!
-//! Because a node can only name nodes that exist, ascending [`ExprId`]s are a topological order:
-//! every pass over a graph is a loop, and no expression is too deep for it.
+//! Because a node can only refer to existing nodes, ascending [`ExprId`]s are a topological order: every pass over a
+//! graph is a loop, and no expression is too deep for it.
 
 pub use crate::syntax::ast::Comparison;
 
@@ -25,12 +25,12 @@ impl ExprId {
     }
 }
 
-/// What an expression can read. The number is a position in the list of that kind.
+/// A symbol of an expression. The number is a position in the list of that kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Symbol {
     /// Seconds since the recording's first sample.
     Time,
-    /// A constant of the model; gone after `assemble`.
+    /// A constant of the model; none after `assemble`.
     Constant(u32),
     /// A parameter.
     Parameter(u32),
@@ -40,40 +40,38 @@ pub enum Symbol {
     InputSlope(u32),
     /// An unknown.
     Unknown(u32),
-    /// The derivative of an unknown; gone after `assemble`.
+    /// The derivative of an unknown; none after `assemble`.
     Derivative(u32),
     /// ∂yᵢ/∂θⱼ at position j n + i.
     Sensitivity(u32),
-    /// Something read late, by its position in the list of such; only inside `assemble`.
+    /// A delayed symbol, by its position in the list of these; only inside `assemble`.
     Late(u32),
-    /// An unknown as it was some time ago, by its position among the delayed unknowns of a `Dae`.
+    /// A delayed unknown, by its position among those of a `Dae`.
     DelayedUnknown(u32),
-    /// What a program knows of a delayed unknown; there is none before `lower`.
+    /// A property of a delayed unknown; none before `lower`.
     Past(Past, u32),
-    /// An element of an array, counted through all arrays; only until `assemble`, which makes it an
-    /// unknown.
+    /// An element of an array, counted through all arrays; none after `assemble`, which turns it into an unknown.
     Element(u32),
-    /// In a family of rows, the element that is this one in the first row and the next in the next.
-    /// Positions among all elements until `assemble`, among all unknowns from there on.
+    /// In a family of rows, the element that is this one in the first row and the next in the next. Positions count all
+    /// elements until `assemble`, all unknowns afterwards.
     Swept(u32),
-    /// In a family of rows, the parameter that is this one in the first row and the next in the next,
-    /// for so many rows.
+    /// In a family of rows, the parameter that is this one in the first row and the next in the next, for this many
+    /// rows.
     SweptParameter(u32, u32),
-    /// In a family of rows, the input that is this one in the first row and the next in the next, for
-    /// so many rows.
+    /// In a family of rows, the input that is this one in the first row and the next in the next, for this many rows.
     SweptInput(u32, u32),
-    /// The slope of the input that [`Symbol::SweptInput`] is.
+    /// The slope of the corresponding [`Symbol::SweptInput`].
     SweptInputSlope(u32, u32),
-    /// The derivative of an element; gone after `assemble`.
+    /// The derivative of an element; none after `assemble`.
     ElementRate(u32),
-    /// The derivative of the element that [`Symbol::Swept`] is; gone after `assemble`.
+    /// The derivative of the corresponding [`Symbol::Swept`]; none after `assemble`.
     SweptRate(u32),
     /// ∂yᵢ/∂θⱼ of the first row at position j n + i, of the next row at the next.
     SweptSensitivity(u32),
     /// The number of the row within its family, from zero.
     Counter,
-    /// A number that changes at events only: the mode of a `modes` block, or whether a condition on
-    /// time holds, 1 or 0. There is none before `assemble`.
+    /// A number that changes at events only: the mode of a `modes` block, or whether a condition on time holds, 1 or 0.
+    /// None before `assemble`.
     Discrete(u32),
 }
 
@@ -91,39 +89,39 @@ impl Symbol {
         )
     }
 
-    /// A number for each symbol, in the order of symbols. It is made once where one is searched for among many.
+    /// A number for each symbol, in the order of symbols. Searches compute it once instead of comparing symbols.
     pub fn key(self) -> u128 {
-        let of = |kind: u128, a: u32, b: u32| kind << 64 | u128::from(a) << 32 | u128::from(b);
+        let packed = |kind: u128, a: u32, b: u32| kind << 64 | u128::from(a) << 32 | u128::from(b);
         match self {
             Symbol::Time => 0,
-            Symbol::Constant(i) => of(1, i, 0),
-            Symbol::Parameter(i) => of(2, i, 0),
-            Symbol::Input(i) => of(3, i, 0),
-            Symbol::InputSlope(i) => of(4, i, 0),
-            Symbol::Unknown(i) => of(5, i, 0),
-            Symbol::Derivative(i) => of(6, i, 0),
-            Symbol::Sensitivity(i) => of(7, i, 0),
-            Symbol::Late(i) => of(8, i, 0),
-            Symbol::DelayedUnknown(i) => of(9, i, 0),
-            Symbol::Past(past, i) => of(10, past as u32, i),
-            Symbol::Element(i) => of(11, i, 0),
-            Symbol::Swept(i) => of(12, i, 0),
-            Symbol::SweptParameter(i, count) => of(13, i, count),
-            Symbol::SweptInput(i, count) => of(14, i, count),
-            Symbol::SweptInputSlope(i, count) => of(15, i, count),
-            Symbol::ElementRate(i) => of(16, i, 0),
-            Symbol::SweptRate(i) => of(17, i, 0),
-            Symbol::SweptSensitivity(i) => of(18, i, 0),
-            Symbol::Counter => of(19, 0, 0),
-            Symbol::Discrete(i) => of(20, i, 0),
+            Symbol::Constant(i) => packed(1, i, 0),
+            Symbol::Parameter(i) => packed(2, i, 0),
+            Symbol::Input(i) => packed(3, i, 0),
+            Symbol::InputSlope(i) => packed(4, i, 0),
+            Symbol::Unknown(i) => packed(5, i, 0),
+            Symbol::Derivative(i) => packed(6, i, 0),
+            Symbol::Sensitivity(i) => packed(7, i, 0),
+            Symbol::Late(i) => packed(8, i, 0),
+            Symbol::DelayedUnknown(i) => packed(9, i, 0),
+            Symbol::Past(past, i) => packed(10, past as u32, i),
+            Symbol::Element(i) => packed(11, i, 0),
+            Symbol::Swept(i) => packed(12, i, 0),
+            Symbol::SweptParameter(i, count) => packed(13, i, count),
+            Symbol::SweptInput(i, count) => packed(14, i, count),
+            Symbol::SweptInputSlope(i, count) => packed(15, i, count),
+            Symbol::ElementRate(i) => packed(16, i, 0),
+            Symbol::SweptRate(i) => packed(17, i, 0),
+            Symbol::SweptSensitivity(i) => packed(18, i, 0),
+            Symbol::Counter => packed(19, 0, 0),
+            Symbol::Discrete(i) => packed(20, i, 0),
         }
     }
 }
 
-/// What a program knows of x(t − τ), by the position k of the delayed unknown.
+/// A property of x(t − τ), by the position k of the delayed unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Past {
-    /// 1 where it is read from what x was, 0 where that is what x is: with no delay.
+    /// 1 if the value comes from the history of x, 0 without a delay, where it is x itself.
     Held,
     /// x(t − τ).
     Value,
@@ -135,7 +133,7 @@ pub enum Past {
     Sensitivity,
     /// The slope of ∂x/∂θⱼ at t − τ, at position j n_v + k.
     SensitivityRate,
-    /// x(t), where the delay is zero.
+    /// x(t), for a delay of zero.
     Present,
 }
 
@@ -170,15 +168,15 @@ pub enum Node {
     Or(ExprId, ExprId),
     /// Not the condition.
     Not(ExprId),
-    /// Where the condition (first) holds the second, otherwise the third.
+    /// The second if the condition (first) holds, otherwise the third.
     Select(ExprId, ExprId, ExprId),
-    /// The first as it was so many seconds ago; gone after `assemble`.
+    /// The first expression delayed by the second, s; none after `assemble`.
     Delay(ExprId, ExprId),
 }
 
 impl Node {
-    /// Whether its value may jump where its operands are continuous and no comparison changes: a rounded number, an angle,
-    /// or a table with steps.
+    /// Whether its value may jump although its operands are continuous and no comparison changes: a rounded number, an
+    /// angle, or a table with steps.
     pub fn steps(self) -> bool {
         match self {
             Node::Call1(function, _) => matches!(function.get().name, "floor" | "ceil" | "round"),
@@ -228,12 +226,12 @@ impl Graph {
         self.nodes.len()
     }
 
-    /// Whether some expression is this symbol.
+    /// Whether the graph contains this symbol.
     pub fn has_symbol(&self, symbol: Symbol) -> bool {
         self.ids.contains_key(&Node::Symbol(symbol))
     }
 
-    /// Whether some expression calls this function.
+    /// Whether the graph calls this function.
     pub(crate) fn calls(&self, function: IntrinsicId) -> bool {
         let is_call = |node: &Node| match node {
             Node::Call1(other, _) | Node::Call2(other, ..) => *other == function,
@@ -242,14 +240,14 @@ impl Graph {
         self.nodes.iter().any(is_call)
     }
 
-    /// Whether it holds no expressions.
+    /// Whether it contains no expressions.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// The expression with this node, as it stands: nothing is simplified.
+    /// The expression with this node, without simplification.
     pub fn intern(&mut self, node: Node) -> ExprId {
-        // a + b and b + a are one expression, spelt as first seen.
+        // a + b and b + a are one expression, in the order first seen.
         let swapped = match node {
             Node::Add(a, b) => Some(Node::Add(b, a)),
             Node::Multiply(a, b) => Some(Node::Multiply(b, a)),
@@ -283,21 +281,21 @@ impl Graph {
         }
     }
 
-    /// All expressions that the roots are made of, themselves included, operands first.
+    /// All subexpressions of the roots, including these, operands first.
     ///
-    /// Takes time in proportion to what it returns, up to sorting.
+    /// The time is proportional to the number of results, up to sorting.
     pub fn reachable(&self, roots: impl IntoIterator<Item = ExprId>) -> Vec<ExprId> {
-        let mut seen = HashSet::default();
+        let mut visited = HashSet::default();
         let mut pending: Vec<ExprId> = roots.into_iter().collect();
-        let mut found = Vec::new();
+        let mut reachable = Vec::new();
         while let Some(id) = pending.pop() {
-            if seen.insert(id) {
-                found.push(id);
+            if visited.insert(id) {
+                reachable.push(id);
                 pending.extend(self.node(id).operands());
             }
         }
-        found.sort_unstable();
-        found
+        reachable.sort_unstable();
+        reachable
     }
 
     /// The symbols in an expression, ascending.
@@ -319,7 +317,7 @@ impl Graph {
         symbols
     }
 
-    /// The value of an expression where every symbol has one.
+    /// The value of an expression, given the values of its symbols.
     pub fn evaluate(&self, root: ExprId, symbol: &dyn Fn(Symbol) -> f64) -> f64 {
         let order = self.reachable([root]);
         let mut values: HashMap<ExprId, f64> =
@@ -361,13 +359,13 @@ pub fn apply(node: Node, value: impl Fn(ExprId) -> f64) -> f64 {
                 value(a)
             }
         }
-        // A node with a value here is the same at all times.
+        // An expression that can be evaluated here is constant in time.
         Node::Delay(a, _) => value(a),
     }
 }
 
 impl Comparison {
-    /// Whether it holds between two numbers.
+    /// Whether the comparison of two numbers is true.
     #[inline]
     pub fn holds(self, a: f64, b: f64) -> bool {
         match self {

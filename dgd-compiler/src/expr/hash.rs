@@ -1,18 +1,19 @@
-//! Tables of expressions: keys are a few small numbers, for which the standard library's hashing takes most of the time.
+//! Hash tables of expressions: keys are a few small numbers, for which hashing dominates in the standard library's
+//! tables.
 
 use std::hash::{BuildHasherDefault, Hasher};
 
-/// A table by expressions, nodes or symbols.
+/// A table with expressions, nodes or symbols as keys.
 pub type HashMap<K, V> = std::collections::HashMap<K, V, BuildHasherDefault<Mixer>>;
 /// A set of expressions, nodes or symbols.
 pub type HashSet<K> = std::collections::HashSet<K, BuildHasherDefault<Mixer>>;
 
-/// An odd number whose multiples have their bits well spread: 2⁶⁴ over the golden ratio (Knuth, The Art of Computer
+/// An odd number whose multiples have well-distributed bits: 2⁶⁴ over the golden ratio (Knuth, The Art of Computer
 /// Programming 3, §6.4).
 const SPREADING: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// Multiplies and adds what is written to it. Tables choose by the lowest bits and the highest: multiplication spreads to
-/// the highest, and the upper half is brought down once.
+/// Multiplies and adds the words written to it. Tables use the lowest and the highest bits: multiplication fills the
+/// highest, and `finish` folds the upper half down once.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Mixer(u64);
 
@@ -62,8 +63,8 @@ mod tests {
     use super::Mixer;
     use crate::expr::{Graph, Node, Symbol};
 
-    /// Nodes that differ by little are spread over a table about as evenly as random numbers are, which leave 1/e of
-    /// the places empty.
+    /// Nodes that differ slightly are spread over a table about as evenly as random numbers, which leave 1/e of the
+    /// places empty.
     #[test]
     fn neighbouring_nodes_are_spread() {
         let mut graph = Graph::default();

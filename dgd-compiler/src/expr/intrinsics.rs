@@ -1,8 +1,7 @@
-//! The functions the language knows, one entry each.
+//! The functions of the language, one entry each.
 //!
-//! Everything the pipeline needs to know about `tanh` is in the `tanh` entry. The resolver, the
-//! unit checker, the differentiator, the interpreter, the code generator and the documentation
-//! read this table; none of them names a function.
+//! An entry contains everything about its function. The resolver, the unit checker, the differentiator, the
+//! interpreter, the code generator and the documentation read this table; none of them names a function.
 
 use dgd_signature::special;
 
@@ -12,20 +11,20 @@ use super::graph::{Comparison, ExprId, Graph, Node};
 pub struct Intrinsic {
     /// Spelling in `.dgd` source. `^` also has an entry, but is not written as a call.
     pub name: &'static str,
-    /// What it does to the units of its arguments.
+    /// Its effect on the units of its arguments.
     pub unit_rule: UnitRule,
-    /// How it is computed.
+    /// Its definition.
     pub definition: Definition,
     /// Points inside the domain at which the tests compare value and derivative.
     pub sample_points: &'static [[f64; 3]],
     /// One line for the reference.
     pub doc: &'static str,
-    /// Whether a function of this name that a model declares takes its place: it came to the language later than
-    /// models that may have one.
+    /// Whether a model's own function of this name takes precedence: it was added to the language later than models
+    /// that may have one.
     pub yields: bool,
 }
 
-/// A function that takes the place of none that a model declares.
+/// A function that no model can redefine.
 const FIRST: Intrinsic = Intrinsic {
     name: "",
     unit_rule: UnitRule::Dimensionless,
@@ -35,15 +34,15 @@ const FIRST: Intrinsic = Intrinsic {
     yields: false,
 };
 
-/// One that gives way to a function that a model declares.
+/// A function that a model can redefine.
 const LATER: Intrinsic = Intrinsic { yields: true, ..FIRST };
 
-/// What a function does to units.
+/// The effect of a function on units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UnitRule {
     /// Plain numbers in, a plain number out.
     Dimensionless,
-    /// All arguments and the result have one unit.
+    /// Arguments and result of the same unit.
     Same,
     /// The square root of the argument's unit.
     Root,
@@ -55,11 +54,11 @@ pub enum UnitRule {
     Power,
 }
 
-/// How a function is computed.
+/// The definition of a function.
 pub enum Definition {
     /// A machine function of one argument.
     One {
-        /// How a compiler to machine code does it without a call.
+        /// The machine instructions that compute it without a call, if there are any.
         instruction: Option<Instruction>,
         /// Value at a number.
         value: fn(f64) -> f64,
@@ -77,18 +76,18 @@ pub enum Definition {
         /// Function that generated code calls; the same bits as `value`.
         rust_path: &'static str,
     },
-    /// Made of other expressions, of so many arguments.
+    /// An expansion into other expressions, with its number of arguments.
     Expansion(usize, fn(&mut Graph, &[ExprId]) -> ExprId),
 }
 
-/// A function that takes an instruction or a few, the result of which is exact or correctly rounded.
+/// A function that takes one or a few instructions and is exact or correctly rounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Instruction {
     /// √x
     SquareRoot,
     /// |x|
     Absolute,
-    /// −1, 0 or 1; x itself where it is a zero or NaN.
+    /// −1, 0 or 1; x itself if it is a zero or NaN.
     Sign,
 }
 
@@ -110,8 +109,8 @@ pub struct IntrinsicId(u16);
 impl IntrinsicId {
     /// The function of this name.
     pub fn find(name: &str) -> Option<IntrinsicId> {
-        let at = INTRINSICS.iter().position(|intrinsic| intrinsic.name == name)?;
-        u16::try_from(at).ok().map(IntrinsicId)
+        let position = INTRINSICS.iter().position(|intrinsic| intrinsic.name == name)?;
+        u16::try_from(position).ok().map(IntrinsicId)
     }
 
     /// The entry for a name the compiler itself uses.
@@ -535,7 +534,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
         unit_rule: UnitRule::Same,
         definition: Definition::Two {
             value: f64::hypot,
-            // x/√(x² + y²) and y/√(x² + y²); at the origin, where there is none, 0
+            // x/√(x² + y²) and y/√(x² + y²); 0 at the origin, where it has no derivative
             derivative: |g, x, y| {
                 let length = g.call(IntrinsicId::named("hypot"), &[x, y]);
                 let zero = g.constant(0.0);
@@ -633,7 +632,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: "::dgd::__runtime::special::polygamma",
         },
-        // The order is a whole number: no difference tells a derivative by it.
+        // The order is a whole number, so differences do not apply.
         sample_points: &[],
         doc: "derivative of `lgamma` of the order that the first, a whole number, and one make: polygamma(0, x) is the digamma function",
         ..LATER
@@ -668,7 +667,7 @@ fn root_of_one_minus_square(g: &mut Graph, x: ExprId) -> ExprId {
 }
 
 impl Graph {
-    /// A call by the name in the table, simplified.
+    /// A simplified call, by the name in the table.
     pub(crate) fn call1(&mut self, name: &str, x: ExprId) -> ExprId {
         self.call(IntrinsicId::named(name), &[x])
     }
@@ -678,7 +677,7 @@ impl Graph {
         self.call(IntrinsicId::named("^"), &[x, y])
     }
 
-    /// A call as it stands; an expansion is expanded.
+    /// A call without simplification; an expansion is expanded.
     pub fn intern_call(&mut self, function: IntrinsicId, arguments: &[ExprId]) -> ExprId {
         match (&function.get().definition, arguments) {
             (Definition::One { .. }, &[x]) => self.intern(Node::Call1(function, x)),

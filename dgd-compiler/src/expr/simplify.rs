@@ -1,8 +1,8 @@
-//! Constructors that simplify as they build: what `assemble` and the differentiator use.
+//! Constructors that simplify as they build, for `assemble` and the differentiator.
 //!
-//! The rules fold numbers, drop neutral elements, move signs outwards and recognise a handful of
-//! identities of real functions. They may change the last bit of a result against the spelling in
-//! the source; every back end runs the simplified form, so all agree.
+//! The rules fold numbers, drop neutral elements, move signs outwards and recognise a handful of identities of real
+//! functions. They may change the last bit of a result compared with the source; every back end runs the simplified
+//! form, so all agree.
 
 use super::curve::CurveId;
 use super::graph::{Comparison, ExprId, Graph, Node, Symbol, apply};
@@ -76,7 +76,7 @@ impl Graph {
         }
     }
 
-    /// a b, a number in front.
+    /// a b, with numbers in front.
     pub fn multiply(&mut self, a: ExprId, b: ExprId) -> ExprId {
         let (a, b) = match self.value(b) {
             Some(_) => (b, a),
@@ -116,8 +116,8 @@ impl Graph {
             // x sign(x) = |x|
             _ if self.is_call_of("sign", a, b) => self.call1("abs", b),
             _ if self.is_call_of("sign", b, a) => self.call1("abs", a),
-            // (c x) |x| = c (x |x|): the signed square is one expression wherever it occurs. Where c is
-            // |x| itself, it is there already.
+            // (c x) |x| = c (x |x|): the signed square is one expression wherever it occurs. If c is |x| itself, it is
+            // already in that form.
             (Node::Multiply(c, x), _) if c != b && self.is_call_of("abs", b, x) => {
                 let square = self.multiply(x, b);
                 self.multiply(c, square)
@@ -177,7 +177,7 @@ impl Graph {
                 // abs(−x) = abs(x), abs(abs(x)) = abs(x)
                 Node::Negate(inner) if name == "abs" => self.call(function, &[inner]),
                 Node::Call1(f, _) if name == "abs" && f == function => x,
-                // What is whole already.
+                // Already a whole number.
                 Node::Call1(f, _) if name == "floor" && f == function => x,
                 _ => self.fold(Node::Call1(function, x)),
             },
@@ -203,7 +203,7 @@ impl Graph {
         }
     }
 
-    /// x^y: products for small integers, a root for a half, their reciprocals below zero.
+    /// x^y: products for small integers, a root for a half, and reciprocals of these for negative exponents.
     fn power_of(&mut self, function: IntrinsicId, x: ExprId, y: ExprId) -> ExprId {
         let Some(exponent) = self.value(y) else {
             return self.fold(Node::Call2(function, x, y));
@@ -248,7 +248,7 @@ impl Graph {
         self.fold(Node::Compare(comparison, a, b))
     }
 
-    /// Both conditions: one that is known decides, or leaves it to the other.
+    /// Both conditions: a constant one decides, or leaves it to the other.
     pub fn both(&mut self, a: ExprId, b: ExprId) -> ExprId {
         match (self.value(a), self.value(b)) {
             (Some(0.0), _) | (_, Some(0.0)) => self.constant(0.0),
@@ -268,7 +268,7 @@ impl Graph {
         }
     }
 
-    /// a where the condition holds, otherwise b
+    /// a if the condition holds, otherwise b
     pub fn select(&mut self, condition: ExprId, a: ExprId, b: ExprId) -> ExprId {
         match self.value(condition) {
             Some(truth) if truth != 0.0 => a,
@@ -278,7 +278,7 @@ impl Graph {
         }
     }
 
-    /// x as it was `tau` ago
+    /// x delayed by `tau`
     pub fn delay(&mut self, x: ExprId, tau: ExprId) -> ExprId {
         if self.is(tau, 0.0) || self.value(x).is_some() {
             return x;
@@ -286,7 +286,7 @@ impl Graph {
         self.intern(Node::Delay(x, tau))
     }
 
-    /// The expression with this node over operands that are simplified already.
+    /// The simplified expression of this node, whose operands are already simplified.
     pub fn simplified(&mut self, node: Node) -> ExprId {
         match node {
             Node::Constant(_) | Node::Symbol(_) => self.intern(node),
@@ -309,8 +309,8 @@ impl Graph {
 impl Graph {
     /// The roots with their symbols replaced, simplified on the way.
     ///
-    /// `nodes` are what the roots are made of, operands first, perhaps of another graph; `leaf`
-    /// says what stands for a symbol here.
+    /// `nodes` are the nodes of the roots, operands first, perhaps of another graph; `leaf` gives the replacement of a
+    /// symbol.
     pub fn rebuild(
         &mut self,
         nodes: &[(ExprId, Node)],
@@ -362,7 +362,7 @@ impl Graph {
         built
     }
 
-    /// What the roots are made of, operands first, with the nodes.
+    /// The subexpressions of the roots, operands first, with their nodes.
     pub fn listed(&self, roots: impl IntoIterator<Item = ExprId>) -> Vec<(ExprId, Node)> {
         self.reachable(roots).into_iter().map(|id| (id, self.node(id))).collect()
     }

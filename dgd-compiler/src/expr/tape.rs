@@ -1,8 +1,8 @@
-//! Expressions to be evaluated at many points: their operands are found once.
+//! Evaluates expressions at many points; their operands are found once.
 
 use super::graph::{ExprId, Graph, Node, Symbol, apply};
 
-/// Some expressions and all that they are made of, operands first.
+/// Some expressions with all their subexpressions, operands first.
 #[derive(Debug, Clone)]
 pub struct Tape<const N: usize> {
     ids: Vec<ExprId>,
@@ -35,7 +35,7 @@ impl<const N: usize> Tape<N> {
         symbols
     }
 
-    /// The values of the roots. `values` gets those of all expressions, by their positions.
+    /// The values of the roots. `values` receives those of all expressions, by position.
     pub fn evaluate(&self, symbol: impl Fn(Symbol) -> f64, values: &mut Vec<f64>) -> [f64; N] {
         values.clear();
         for step in &self.steps {
@@ -48,17 +48,17 @@ impl<const N: usize> Tape<N> {
         self.roots.map(|root| values[root])
     }
 
-    /// The positions of all that reads a symbol, and of the symbol itself.
+    /// The positions of a symbol and of all expressions that depend on it.
     pub fn readers(&self, symbol: Symbol) -> Vec<usize> {
         let mut reads = Vec::with_capacity(self.steps.len());
         for step in &self.steps {
-            let own = *step == Node::Symbol(symbol);
-            reads.push(own || step.operands().any(|operand| reads[operand.index()]));
+            let is_symbol = *step == Node::Symbol(symbol);
+            reads.push(is_symbol || step.operands().any(|operand| reads[operand.index()]));
         }
         (0..reads.len()).filter(|at| reads[*at]).collect()
     }
 
-    /// The values of the roots where only those at these positions have changed.
+    /// The values of the roots after changes at these positions only.
     pub fn evaluate_again(
         &self,
         positions: &[usize],
@@ -74,7 +74,7 @@ impl<const N: usize> Tape<N> {
         self.roots.map(|root| values[root])
     }
 
-    /// Where an expression is on the tape.
+    /// The position of an expression on the tape.
     pub fn position(&self, id: ExprId) -> Option<usize> {
         self.ids.binary_search(&id).ok()
     }
@@ -103,7 +103,7 @@ mod tests {
             let again = tape.position(root).map(|at| all[at]);
             assert_eq!(again, Some(graph.evaluate(root, &value)));
         }
-        // Another x, and what reads it: all but y.
+        // Another x; its readers are all but y.
         let other_value = |symbol| if symbol == Symbol::Unknown(0) { 2.0 } else { -3.0 };
         let moving = tape.readers(Symbol::Unknown(0));
         assert_eq!(moving.len(), all.len() - 1);

@@ -1,4 +1,4 @@
-//! What is chosen and set from outside: variants' items put in place, settings checked.
+//! Applies choices and settings: inserts variants' items, and checks settings.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::source::Span;
 use crate::syntax::ast::{ArrayKind, Ast, Choice, Expr, Item, ItemKind, Name};
 use crate::syntax::edit::element_of;
 
-/// Puts the chosen variants' items in place.
+/// Inserts the items of the chosen variants.
 pub(super) fn choose<'a>(
     items: &'a [Item],
     options: &ModelOptions,
@@ -54,8 +54,7 @@ pub(super) fn choose<'a>(
     }
 }
 
-/// Leaves out choices that were not made and cannot be, others being as they are: they read an input
-/// of a part that no one binds.
+/// Removes choices that were not made and are impossible with the other choices: they read an unbound input of a part.
 pub(super) fn leave_out_impossible(
     variants: &mut [Variant],
     main: &Ast,
@@ -70,9 +69,9 @@ pub(super) fn leave_out_impossible(
         let mut other = options.clone();
         other.variants.push((name(variant), name(choice)));
         let mut items: Vec<&Item> = libraries.iter().flat_map(|library| &library.items).collect();
-        let mut own = Diagnostics::default();
-        choose(&main.items, &other, &mut items, &mut Vec::new(), &mut own);
-        parts::leave_out_unbound(&mut items, main, &[], &mut own).is_ok()
+        let mut problems = Diagnostics::default();
+        choose(&main.items, &other, &mut items, &mut Vec::new(), &mut problems);
+        parts::leave_out_unbound(&mut items, main, &[], &mut problems).is_ok()
     };
     for Variant { name, choices, chosen } in variants {
         let mut kept = Vec::with_capacity(choices.len());
@@ -125,7 +124,7 @@ pub(super) fn unknown_choice<'a>(
     })
 }
 
-/// Settings by name, each of something that can be set.
+/// Settings by name; checks that each name can be set.
 pub(super) fn check_settings<'a>(
     settings: &'a [Setting],
     scope: &Scope<'a>,
@@ -134,8 +133,8 @@ pub(super) fn check_settings<'a>(
     let mut checked = BTreeMap::new();
     for Setting { name, value } in settings {
         let element = element_of(&name.text);
-        let of = element.as_ref().map_or(name.text.as_str(), |(of, _)| of);
-        let entry = scope.names.get(of).map(|entry| entry.definition);
+        let array = element.as_ref().map_or(name.text.as_str(), |(of, _)| of);
+        let entry = scope.names.get(array).map(|entry| entry.definition);
         match entry {
             Some(Definition::Vector(vector)) if scope.vectors[vector].kind != ArrayKind::Input => {
                 checked.insert(name.text.as_str(), value);
@@ -143,13 +142,13 @@ pub(super) fn check_settings<'a>(
             Some(Definition::Array { .. }) if element.is_some() => {
                 let message = format!("`{}` is an element of an array of unknowns", name.text);
                 diagnostics.error(Diagnostic::new(Code::E205, name.span, message).help(format!(
-                    "set them all: `{of}=…`, or `{of}=(…, …)` with a value for each"
+                    "set them all: `{array}=…`, or `{array}=(…, …)` with a value for each"
                 )));
             }
             Some(definition)
                 if element.is_some() && !matches!(definition, Definition::Vector(_)) =>
             {
-                let message = format!("`{of}` is {}, not an array", definition.noun());
+                let message = format!("`{array}` is {}, not an array", definition.noun());
                 diagnostics.error(Diagnostic::new(Code::E232, name.span, message));
             }
             Some(

@@ -1,4 +1,4 @@
-//! Which names a model has, and in which order its values can be worked out.
+//! The names of a model, and the order in which their values are evaluated.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::syntax::ast::{
 use crate::syntax::visit;
 use crate::units::{Dimension, Unit};
 
-/// What a name stands for; numbers are positions among those of its kind.
+/// The definition of a name; numbers are positions among those of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Definition {
     Time,
@@ -30,7 +30,7 @@ pub(super) enum Definition {
     },
     /// A size; its value is in [`Scope::sizes`].
     Size,
-    /// An array of unknowns; where its elements are is in [`Scope::arrays`].
+    /// An array of unknowns; its position is in [`Scope::arrays`].
     Array {
         index: usize,
         state: bool,
@@ -46,7 +46,7 @@ pub(super) enum Definition {
 }
 
 impl Definition {
-    /// What to call it in a message.
+    /// Its noun in messages.
     pub(super) fn noun(self) -> &'static str {
         match self {
             Definition::Time => "the time",
@@ -67,12 +67,12 @@ impl Definition {
     }
 }
 
-/// A name, what it stands for and where it was declared.
+/// A name, its definition and its place.
 #[derive(Debug, Clone)]
 pub(super) struct Entry {
     pub(super) definition: Definition,
     pub(super) span: Span,
-    /// Its unit, for what is declared with one.
+    /// Its unit, if it was declared with one.
     pub(super) unit: Option<Result<Unit, Reported>>,
 }
 
@@ -86,16 +86,17 @@ pub(super) struct Function<'a> {
 }
 
 impl<'a> Function<'a> {
-    /// What its text reads and calls, but for its own names.
+    /// Names that its text reads and calls, except its own.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
         for local in self.lets {
             names_in(&local.value, &mut names);
         }
         names_in(self.body, &mut names);
-        let own = self.arguments.iter().map(|a| &a.name).chain(self.lets.iter().map(|l| &l.name));
-        let own: Vec<&str> = own.map(|name| name.text.as_str()).collect();
-        names.retain(|name| !own.contains(name));
+        let locals =
+            self.arguments.iter().map(|a| &a.name).chain(self.lets.iter().map(|l| &l.name));
+        let local_names: Vec<&str> = locals.map(|name| name.text.as_str()).collect();
+        names.retain(|name| !local_names.contains(name));
         names
     }
 }
@@ -111,7 +112,7 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// How smooth it is expected to be, and where it says so.
+    /// Its `smooth` clause, with its place.
     pub(super) fn smooth(&self) -> Option<(&'a Expr, Span)> {
         self.attributes.iter().find_map(|attribute| match &attribute.kind {
             AttributeKind::Smooth(std) => Some((std, attribute.span)),
@@ -119,7 +120,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// What its numbers are made of.
+    /// Names in its numbers.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
         let smooth = self.smooth().map(|(std, _)| std);
@@ -136,7 +137,7 @@ pub(super) struct Scope<'a> {
     pub(super) names: BTreeMap<&'a str, Entry>,
     pub(super) functions: Vec<Function<'a>>,
     pub(super) tables: Vec<Table<'a>>,
-    /// Filled in once it is known what is set from outside, and so are the lists below.
+    /// Filled in once settings are known, like the lists below.
     pub(super) sizes: Sizes<'a>,
     pub(super) arrays: Vec<Result<ArrayPlace<'a>, Reported>>,
     pub(super) loops: Vec<Result<Shape, Reported>>,
@@ -145,7 +146,7 @@ pub(super) struct Scope<'a> {
     pub(super) vectors: Vec<Vector<'a>>,
     /// Constants, parameters and inputs outside arrays; the elements of arrays follow them.
     pub(super) n_scalars: [u32; 3],
-    /// Outputs have names of their own: one may bear the name of its unknown.
+    /// Outputs have a namespace of their own: an output may have the name of its unknown.
     pub(super) outputs: BTreeMap<&'a str, Span>,
     /// The dimension of time.
     pub(super) second: Dimension,
@@ -154,7 +155,7 @@ pub(super) struct Scope<'a> {
 }
 
 impl<'a> Scope<'a> {
-    /// The dimension of something declared with a unit.
+    /// The dimension of a name declared with a unit.
     pub(super) fn dimension(&self, name: &str) -> Result<Dimension, Reported> {
         match self.names.get(name).and_then(|entry| entry.unit.as_ref()) {
             Some(Ok(unit)) => Ok(unit.dimension),
@@ -182,7 +183,7 @@ impl<'a> Scope<'a> {
         self.functions.iter().map(|function| function.name).chain(tables)
     }
 
-    /// What a symbol is called; nothing for a constant, of which others are named first.
+    /// Name of a symbol; `None` for a constant because other symbols are named first.
     pub(super) fn quoted_name(&self, symbol: Symbol) -> Option<String> {
         let element = self.quoted_element(symbol);
         element.or_else(|| self.quoted_scalar(symbol))
@@ -294,7 +295,7 @@ impl<'a> Scope<'a> {
                 }
                 ItemKind::Output { name, unit, .. } => {
                     unique(&mut scope.outputs, name, "output", diagnostics);
-                    // Malformed ones are reported where the output is made.
+                    // Invalid ones are reported with the output.
                     if let Some(Ok(unit)) = unit.as_ref().map(WrittenUnit::read) {
                         scope.spelling.learn(&unit);
                     }
@@ -332,7 +333,7 @@ impl<'a> Scope<'a> {
         scope
     }
 
-    /// Collects what stands in a loop.
+    /// Collects the declarations in a loop.
     fn collect_loop(
         &mut self,
         items: &'a [Item],
@@ -357,7 +358,7 @@ impl<'a> Scope<'a> {
         }
     }
 
-    /// In generated code `pump.c0` is `pump_c0`: no other name is.
+    /// Checks that no other name is `pump_c0`, the name of `pump.c0` in generated code.
     fn verify_points(&self, diagnostics: &mut Diagnostics) {
         let values = self.names.iter().map(|(name, entry)| (*name, entry.span));
         let outputs = self.outputs.iter().map(|(name, span)| (*name, *span));
@@ -411,7 +412,7 @@ impl<'a> Scope<'a> {
     }
 }
 
-/// A function's own name and its arguments' names.
+/// Checks the names of a function and its arguments.
 fn check_function(
     name: &Name,
     arguments: &[Argument],
@@ -429,12 +430,12 @@ fn check_function(
             .help("choose another name"),
         );
     }
-    let mut seen = BTreeMap::new();
+    let mut spans_by_name = BTreeMap::new();
     for argument in arguments {
-        unique(&mut seen, &argument.name, "argument", diagnostics);
+        unique(&mut spans_by_name, &argument.name, "argument", diagnostics);
     }
     for (i, local) in lets.iter().enumerate() {
-        unique(&mut seen, &local.name, "value", diagnostics);
+        unique(&mut spans_by_name, &local.name, "value", diagnostics);
         let early = lets[i..]
             .iter()
             .find_map(|later| read_of(&later.name.text, &local.value).map(|place| (later, place)));
@@ -449,7 +450,7 @@ fn check_function(
     }
 }
 
-/// Where a value reads a name.
+/// The place where a value reads a name.
 fn read_of(name: &str, expr: &Expr) -> Option<Span> {
     if matches!(&expr.kind, ExprKind::Name(read) if read == name) {
         return Some(expr.span);
@@ -457,7 +458,7 @@ fn read_of(name: &str, expr: &Expr) -> Option<Span> {
     visit::operands(expr).into_iter().find_map(|operand| read_of(name, operand))
 }
 
-/// Labels in a `modes` block. Modes exclude each other, so that a label may come again in the next.
+/// Labels in a `modes` block. Modes exclude each other, so another mode may use the same label.
 fn labels_of_modes<'a>(
     modes: &'a [Choice],
     labels: &mut BTreeMap<&'a str, Span>,
@@ -465,13 +466,13 @@ fn labels_of_modes<'a>(
 ) {
     let common = labels.clone();
     for mode in modes {
-        let mut own = common.clone();
+        let mut labels_of_mode = common.clone();
         for item in &mode.items {
             if let ItemKind::Equation { label, .. } = &item.kind {
-                unique(&mut own, label, "equation", diagnostics);
+                unique(&mut labels_of_mode, label, "equation", diagnostics);
             }
         }
-        labels.extend(own);
+        labels.extend(labels_of_mode);
     }
 }
 
@@ -500,7 +501,7 @@ fn unique<'a>(
 
 /// Constants and `let`s, ordered so that each needs only earlier ones.
 ///
-/// A cycle is reported with its chain; what is on it is left out.
+/// A cycle is reported with its chain; its members are left out.
 pub(super) fn in_order<'a>(
     items: &[&'a Item],
     scope: &Scope<'a>,
@@ -533,16 +534,16 @@ pub(super) fn in_order<'a>(
         }))
         .collect();
 
-    // What each value needs, through the functions that it calls.
+    // The values that each value needs, also through the functions that it calls.
     let needs: Vec<Vec<usize>> = values
         .iter()
         .map(|(_, _, value)| {
             let mut pending = Vec::new();
             names_in(value, &mut pending);
-            let mut seen = std::collections::BTreeSet::new();
+            let mut visited = std::collections::BTreeSet::new();
             let mut needed = Vec::new();
             while let Some(name) = pending.pop() {
-                if !seen.insert(name) {
+                if !visited.insert(name) {
                     continue;
                 }
                 needed.extend(position.get(name).copied());
@@ -644,10 +645,11 @@ pub(super) fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
         }
         ExprKind::List(values) => values.iter().for_each(|value| names_in(value, names)),
         ExprKind::Reduce(reduction) => {
-            let mut own = Vec::new();
-            names_in(&reduction.body, &mut own);
-            own.retain(|n| reduction.counters.iter().all(|counter| counter.index.text != *n));
-            names.extend(own);
+            let mut names_in_body = Vec::new();
+            names_in(&reduction.body, &mut names_in_body);
+            names_in_body
+                .retain(|n| reduction.counters.iter().all(|counter| counter.index.text != *n));
+            names.extend(names_in_body);
             for range in reduction.counters.iter().map(|counter| &counter.range) {
                 names_in(&range.lower, names);
                 names_in(&range.upper, names);

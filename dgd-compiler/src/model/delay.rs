@@ -1,4 +1,4 @@
-//! `delay(x, tau)`: what `x` was a time `tau` ago.
+//! `delay(x, tau)`: the value of `x` a time `tau` ago.
 
 use super::check_units::Dim;
 use super::expression::{Arguments, Lowering, Typed};
@@ -8,7 +8,7 @@ use crate::source::Span;
 use crate::syntax::ast::Expr;
 
 impl<'a> Lowering<'a> {
-    /// The delay of an expression by a time that constants and parameters give.
+    /// The delay of an expression by a constant or parametric time.
     pub(super) fn delay(
         &mut self,
         list: &'a [Expr],
@@ -27,16 +27,16 @@ impl<'a> Lowering<'a> {
         let tau = self.lower(tau_expr, arguments, diagnostics);
         let (x, tau) = (x?, tau?);
         if tau.dim.with(Dim::Of(self.scope.second)).is_none() {
-            let found = tau.dim.dimension();
+            let dimension = tau.dim.dimension();
             let message =
-                format!("a delay is a time, but this is {}", self.scope.spelling.being(found));
+                format!("a delay is a time, but this is {}", self.scope.spelling.being(dimension));
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E302, tau_expr.span, message)
-                    .here(self.scope.spelling.this_is(found))
+                    .here(self.scope.spelling.this_is(dimension))
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
         }
-        // What differs from row to row is late in equations of its own.
+        // Quantities that differ from row to row are delayed in equations of their own.
         let of_rows = |s: &Symbol| {
             matches!(
                 s,
@@ -57,9 +57,9 @@ impl<'a> Lowering<'a> {
         Ok(Typed { id: self.graph.intern(Node::Delay(x.id, tau.id)), dim: x.dim })
     }
 
-    /// Why a delay that varies, or that reaches into one, cannot be followed, and what to do.
+    /// The reason why a varying or nested delay is not supported, and a remedy.
     fn cannot_be_followed(&self, x: ExprId, tau: ExprId) -> Option<(String, &'static str)> {
-        // An argument of a function that is checked by itself has no name in the model.
+        // An argument of a function that is checked separately has no name in the model.
         let moves = |s: &Symbol| {
             let may = matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
             may && self.scope.quoted_name(*s).is_some()

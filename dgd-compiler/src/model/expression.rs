@@ -1,4 +1,4 @@
-//! From an expression as written to the graph, with its dimension.
+//! Lowers parsed expressions to the graph, with their dimensions.
 
 use std::collections::BTreeMap;
 
@@ -16,14 +16,13 @@ use crate::syntax::ast::{
 };
 use crate::units::{Dimension, Unit};
 
-/// Functions open inside functions at most this deep, and nested brackets with them.
+/// Limit on the nesting of function calls, including brackets.
 const DEEPEST: usize = 512;
 
-/// A model may open at most this many calls of its own functions.
+/// Limit on the expanded calls of a model's own functions.
 const MOST_CALLS: usize = 200_000;
 
-/// What sums and loops write out is made of at most so many operations: later stages need some hundred bytes for
-/// each.
+/// Limit on the operations that sums and loops are written out to: later stages need some hundred bytes for each.
 const MOST_WRITTEN: usize = 2_000_000;
 
 /// An expression in the graph and its dimension.
@@ -39,36 +38,36 @@ impl Typed {
     }
 }
 
-/// What names stand for while a function is open: its arguments.
+/// The arguments of an open function by name.
 pub(super) type Arguments<'a> = BTreeMap<&'a str, Typed>;
 
 /// Lowers expressions into a graph.
 pub(super) struct Lowering<'a> {
     pub(super) scope: Scope<'a>,
     pub(super) graph: Graph,
-    /// `let`s done so far; those that failed carry the proof.
+    /// `let`s evaluated so far; an error proves that a failed one was reported.
     pub(super) lets: BTreeMap<&'a str, Result<Typed, Reported>>,
-    /// Values of constants done so far, by position.
+    /// Values of constants evaluated so far, by position.
     pub(super) constants: BTreeMap<u32, f64>,
     /// Tables read so far, by position.
     pub(super) tables: BTreeMap<usize, Result<Resolved, Reported>>,
-    /// Results of calls, so that the same call is opened once.
+    /// Results of calls, so that equal calls are expanded once.
     pub(super) calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
-    /// Functions being opened, innermost last.
+    /// Functions being expanded, innermost last.
     pub(super) open: Vec<&'a str>,
     /// Proof that too many calls have been reported, which happens once.
     exhausted: Option<Reported>,
     depth: usize,
-    /// Expressions lowered so far, one as often as sums and loops write it out.
+    /// Expressions lowered so far, counted as often as sums and loops write them out.
     written: usize,
-    /// Terms of the sum that is being written out, those of the sums within it included.
+    /// Terms of the sum that is being written out, including those of nested sums.
     pub(super) terms: usize,
     pub(super) within_reduction: bool,
-    /// The indices that are open, innermost last; of these one may move.
+    /// The open indices, innermost last; one of these may move.
     pub(super) indices: Vec<LoopIndex<'a>>,
-    /// Whether an element has been met that moves by more than one.
+    /// Whether an element that moves by more than one has been read.
     pub(super) strided: bool,
-    /// Dimensions of expressions by place, where somebody wants to know.
+    /// Dimensions of expressions by place, if requested.
     pub(super) dimensions: Option<BTreeMap<Span, Dimension>>,
     /// `let`s of loops, by name and indices.
     pub(super) opened_lets: BTreeMap<(&'a str, Vec<LoopIndex<'a>>), Result<Typed, Reported>>,
@@ -142,7 +141,7 @@ impl<'a> Lowering<'a> {
         result
     }
 
-    /// Refuses to write out more at this place, where the model would be too large.
+    /// Refuses to write out more at this place if the model would become too large.
     pub(super) fn verify_size(
         &self,
         place: Span,
@@ -333,16 +332,16 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<ExprId, Reported> {
         let mut chain = |this: &mut Self, parts: &'a [Expr], join: fn(ExprId, ExprId) -> Node| {
-            let mut all: Option<Result<ExprId, Reported>> = None;
+            let mut joined: Option<Result<ExprId, Reported>> = None;
             for part in parts {
                 let part = this.condition(part, arguments, diagnostics);
-                all = Some(match (all, part) {
+                joined = Some(match (joined, part) {
                     (None, part) => part,
                     (Some(Ok(a)), Ok(b)) => Ok(this.graph.intern(join(a, b))),
                     (Some(Err(reported)), _) | (_, Err(reported)) => Err(reported),
                 });
             }
-            all.unwrap_or_else(|| unreachable!("a chain has parts"))
+            joined.unwrap_or_else(|| unreachable!("a chain has parts"))
         };
         match &expr.kind {
             ExprKind::And(parts) => chain(self, parts, Node::And),
@@ -453,11 +452,11 @@ impl<'a> Lowering<'a> {
                 .help("give what it reads a `let`, and use that in both places"),
             );
         }
-        // What a function reads above its line is told where the function stands.
-        let said =
+        // For names that a function reads from outside, the error is reported at the function.
+        let known_error =
             [Code::E201, Code::E206].into_iter().find_map(|code| diagnostics.said(code, span));
-        if let Some(said) = said {
-            return said;
+        if let Some(known_error) = known_error {
+            return known_error;
         }
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
         let near = || diagnostics.suggestion(name, candidates);
@@ -515,8 +514,8 @@ impl<'a> Lowering<'a> {
                 format!("`{name}` takes {expected} {noun}, not {}", list.len()),
             ))
         };
-        let own = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
-        match own {
+        let definition = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
+        match definition {
             Some((Definition::Function(index), place)) => {
                 let declared = self.scope.functions[index];
                 if declared.arguments.len() != list.len() {
@@ -556,13 +555,13 @@ impl<'a> Lowering<'a> {
                         return Err(said);
                     }
                     let known = INTRINSICS.iter().map(|i| i.name);
-                    let own = self.scope.function_names();
+                    let of_model = self.scope.function_names();
                     let mut diagnostic = Diagnostic::new(
                         Code::E203,
                         function.span,
                         format!("there is no function `{name}`"),
                     );
-                    let known = known.chain(own).chain(["der", "delay"]);
+                    let known = known.chain(of_model).chain(["der", "delay"]);
                     if let Some(near) = diagnostics.suggestion(name, known) {
                         diagnostic.help = Some(format!("did you mean `{near}`?"));
                     }
@@ -627,7 +626,7 @@ impl<'a> Lowering<'a> {
             return Err(*reported);
         }
         self.open.push(name);
-        // A function knows of no loop.
+        // A function does not see the indices of loops.
         let outer = std::mem::take(&mut self.indices);
         let result = self.value_of(function, bound, diagnostics);
         self.indices = outer;
@@ -636,7 +635,7 @@ impl<'a> Lowering<'a> {
         result
     }
 
-    /// What is passed to a function or a table for its arguments, those with a unit checked.
+    /// Binds arguments of a function or a table, checking those with a unit.
     fn bind(
         &self,
         called: &str,
@@ -645,13 +644,13 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<Typed>, Reported> {
         let mut bound = Vec::with_capacity(passed.typed.len());
-        let all = arguments.iter().zip(&passed.typed).zip(&passed.spans);
-        for (((argument, unit), typed), span) in all {
+        let bindings = arguments.iter().zip(&passed.typed).zip(&passed.spans);
+        for (((argument, unit), typed), span) in bindings {
             let mut typed = *typed;
             if let Some(unit) = unit {
                 let wanted = Dim::Of(unit.dimension);
                 if typed.dim.with(wanted).is_none() {
-                    let found = typed.dim.dimension();
+                    let dimension = typed.dim.dimension();
                     return Err(diagnostics.error(
                         Diagnostic::new(
                             Code::E302,
@@ -660,10 +659,10 @@ impl<'a> Lowering<'a> {
                                 "`{called}` takes `{}` in `{}`, not {}",
                                 argument.text,
                                 unit.symbol,
-                                self.scope.spelling.being(found)
+                                self.scope.spelling.being(dimension)
                             ),
                         )
-                        .here(self.scope.spelling.this_is(found))
+                        .here(self.scope.spelling.this_is(dimension))
                         .label(argument.span, format!("declared in `{}`", unit.symbol)),
                     ));
                 }
@@ -674,7 +673,7 @@ impl<'a> Lowering<'a> {
         Ok(bound)
     }
 
-    /// Opens a function whose arguments all say their units, for the mistakes in its body.
+    /// Expands a function whose arguments all have units, to find errors in its body.
     pub(super) fn check_function(
         &mut self,
         function: Function<'a>,
@@ -683,7 +682,7 @@ impl<'a> Lowering<'a> {
         let mut bound = Arguments::new();
         for (i, argument) in function.arguments.iter().enumerate() {
             let unit = unit_of(argument.unit.as_ref(), diagnostics)?;
-            // Any symbol serves: only its dimension is looked at.
+            // Any symbol will do: only its dimension is used.
             let id = self.graph.symbol(Symbol::Input(u32::MAX - i as u32));
             bound.insert(&argument.name.text, Typed { id, dim: Dim::Of(unit.dimension) });
         }
@@ -763,7 +762,7 @@ impl<'a> Lowering<'a> {
     }
 }
 
-/// What a call hands to a function.
+/// The arguments of a call.
 struct CallArguments {
     typed: Vec<Typed>,
     spans: Vec<Span>,
@@ -783,8 +782,8 @@ pub(super) fn unit_of(
     written.read().map_err(|error| diagnostics.error(error.at(&written.text, written.span)))
 }
 
-/// Whether a declared value is made of plain numbers only, and so is in the declared unit. A function that
-/// the model declares, `is_own`, may read anything.
+/// Whether a declared value consists of plain numbers, and so is in the declared unit. Functions declared by the model,
+/// `is_own`, may read anything.
 pub(super) fn is_plain(expr: &Expr, is_own: &dyn Fn(&str) -> bool) -> bool {
     let is_plain = |expr: &Expr| is_plain(expr, is_own);
     match &expr.kind {

@@ -16,11 +16,11 @@ use crate::syntax::ast::{
 };
 use crate::units::{Unit, which_is_meant};
 
-/// What the declaration of an unknown, or of an array of them, says.
+/// The declaration of an unknown, or of an array of unknowns.
 pub(super) struct UnknownDeclaration<'a> {
     pub(super) name: &'a Name,
     pub(super) state: bool,
-    /// As set from outside, or else as declared.
+    /// The value set from outside, or else the declared one.
     pub(super) start: Option<&'a Expr>,
     pub(super) attributes: &'a [Attribute],
 }
@@ -104,7 +104,7 @@ impl<'a> Resolver<'a> {
         let declared = self.declared(item, name)?;
         let unit = declared.unit.clone();
         let start = match start {
-            // Zero in the declared unit, which of °C is 273.15 K.
+            // Zero in the declared unit: 273.15 K for °C.
             None => self.lowering.graph.constant(unit.to_si(0.0)),
             Some(expr) => {
                 let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
@@ -206,14 +206,14 @@ impl<'a> Resolver<'a> {
         Ok(Output { declared, value, noise })
     }
 
-    /// The array of unknowns that an expression names as a whole.
+    /// The array of unknowns that an expression refers to as a whole.
     fn whole_array(&self, value: &'a Expr) -> Option<&'a str> {
         let ExprKind::Name(name) = &value.kind else { return None };
         let entry = self.lowering.scope.names.get(name.as_str())?;
         matches!(entry.definition, Definition::Array { .. }).then_some(name.as_str())
     }
 
-    /// What an output without `=` reads: the unknown of its name.
+    /// The value of an output without `=`: the unknown of its name.
     fn unknown_read(
         &mut self,
         name: &Name,

@@ -1,4 +1,4 @@
-//! A model whose names are looked up, whose units are checked and whose values are in SI.
+//! A model with resolved names, checked units and values in SI.
 
 mod arrays;
 mod check_units;
@@ -30,12 +30,12 @@ pub use dgd_signature::{Crossing, Density, Interpolation, PriorDensity};
 pub use crate::parts::InnerModel;
 pub use resolve::{ModelOptions, Setting, resolve, resolve_noting};
 
-/// What `resolve` promises:
+/// `resolve` guarantees that
 ///
 /// - every name is a position in one of the lists below,
 /// - every expression has a dimension and every equation balances,
-/// - functions are opened, the chosen variants' items are in place, imports are merged,
-/// - values are in SI; expressions stand as they were written, not simplified.
+/// - functions are expanded, the chosen variants' items are in place, imports are merged,
+/// - values are in SI; expressions are as written, not simplified.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
     /// Its name.
@@ -48,7 +48,7 @@ pub struct Model {
     pub constants: Vec<Constant>,
     /// `parameter`s.
     pub parameters: Vec<Parameter>,
-    /// What `smooth` of tables says of parameters.
+    /// Smoothness of tables: densities of their parameters, from `smooth`.
     pub smoothness: Vec<Smoothness>,
     /// `input`s.
     pub inputs: Vec<Input>,
@@ -62,7 +62,7 @@ pub struct Model {
     pub lets: Vec<Let>,
     /// `output`s, then those that compute standard deviations.
     pub outputs: Vec<Output>,
-    /// How readings scatter where `noise` is more than a number.
+    /// Distributions of the readings for which `noise` is more than a number.
     pub densities: Vec<Density>,
     /// `output`s that read an array, element by element.
     pub output_arrays: Vec<OutputArray>,
@@ -74,22 +74,22 @@ pub struct Model {
     pub automata: Vec<Automaton>,
     /// `saturate`.
     pub saturations: Vec<Saturation>,
-    /// Where it says that runs begin at rest, if it does.
+    /// Place of the clause by which runs start at rest, if there is one.
     pub starts_at_rest: Option<Span>,
-    /// What holds at the start besides the equations.
+    /// Equations that hold at the start in addition to the others.
     pub start_equations: Vec<Equation>,
-    /// `variant`s and what was chosen.
+    /// `variant`s and the choices made.
     pub variants: Vec<Variant>,
-    /// `part`s and parts of those; what they hold is in the lists above.
+    /// `part`s and nested parts; their items are in the lists above.
     pub parts: Vec<InnerModel>,
 }
 
-/// What every declaration has.
+/// Common properties of declarations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Declared {
     /// Its name.
     pub name: String,
-    /// Where the name stands.
+    /// Place of the name.
     pub span: Span,
     /// Its unit.
     pub unit: Unit,
@@ -113,21 +113,21 @@ pub struct Parameter {
     pub declared: Declared,
     /// Value, SI.
     pub value: f64,
-    /// Lower bound, SI; minus infinity where it is open.
+    /// Lower bound, SI; minus infinity if unbounded.
     pub lower: f64,
-    /// Upper bound, SI; infinity where it is open.
+    /// Upper bound, SI; infinity if unbounded.
     pub upper: f64,
     /// The logarithm is estimated.
     pub log: bool,
-    /// Not estimated unless asked.
+    /// Not estimated unless requested.
     pub fixed: bool,
     /// Size for scaling, SI.
     pub nominal: Option<f64>,
-    /// What is known of it beforehand, SI.
+    /// Its prior, SI.
     pub prior: Option<PriorDensity>,
 }
 
-/// What a table says of its values by `smooth`, at one of its points: Σ weight · parameter is normal.
+/// The effect of a table's `smooth` on its values, at one of its points: Σ weight · parameter is normal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smoothness {
     /// Name of the table.
@@ -145,7 +145,7 @@ pub struct Smoothness {
 pub struct Input {
     /// Name, place, unit, doc.
     pub declared: Declared,
-    /// Between samples.
+    /// Interpolation between samples.
     pub interpolation: Interpolation,
 }
 
@@ -156,24 +156,24 @@ pub struct Unknown {
     pub declared: Declared,
     /// Whether it was declared `state`, so that its derivative may be used.
     pub state: bool,
-    /// Start value, or guess where it turns out algebraic: of parameters and inputs.
+    /// Start value, or guess if it turns out to be algebraic: of parameters and inputs.
     pub start: ExprId,
-    /// Its start value is not estimated.
+    /// Whether its start value is excluded from estimation.
     pub fixed: bool,
-    /// A start equation determines its start value.
+    /// Whether a start equation determines its start value.
     pub guess: bool,
     /// Size for tolerances, SI.
     pub nominal: Option<f64>,
-    /// What it was before the start, of time and parameters; `None` means its start value.
+    /// Its history before the start, in terms of time and parameters; `None` means its start value.
     pub history: Option<ExprId>,
-    /// How far it strays by itself, where that is declared.
+    /// Its process noise, if declared.
     pub noise: Option<ProcessNoise>,
 }
 
-/// How far a state strays by itself in a second: r of dx = f dt + r dβ.
+/// Process noise of a state: r in dx = f dt + r dβ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ProcessNoise {
-    /// This, SI.
+    /// A constant, SI.
     Known(f64),
     /// The parameter at this position.
     Parameter(u32),
@@ -183,7 +183,7 @@ pub enum ProcessNoise {
 /// [`crate::expr::Symbol::Counter`] is the element's distance from the first.
 #[derive(Debug, Clone)]
 pub struct Array {
-    /// What its elements have in common.
+    /// Common properties of its elements.
     pub unknown: Unknown,
     /// Index of its first element.
     pub lower: i64,
@@ -196,13 +196,13 @@ pub struct Array {
 /// An equation for each index of a loop.
 #[derive(Debug, Clone)]
 pub struct Family {
-    /// The equation; what moves with the index are swept elements and the counter.
+    /// The equation; swept elements and the counter move with the index.
     pub equation: Equation,
-    /// What the index is called.
+    /// Name of the index.
     pub index: String,
     /// First index.
     pub lower: i64,
-    /// Number of equations, two at least.
+    /// Number of equations, at least two.
     pub count: u32,
 }
 
@@ -211,7 +211,7 @@ pub struct Family {
 pub struct Let {
     /// Its name.
     pub name: String,
-    /// What it stands for.
+    /// Its value.
     pub value: ExprId,
     /// Its dimension.
     pub dimension: Dimension,
@@ -222,9 +222,9 @@ pub struct Let {
 pub struct Output {
     /// Name, place, unit, doc.
     pub declared: Declared,
-    /// What it reads.
+    /// Its value.
     pub value: ExprId,
-    /// Standard deviation of the sensor's white error, SI.
+    /// Standard deviation of the sensor's white noise, SI.
     pub noise: Option<f64>,
 }
 
@@ -235,7 +235,7 @@ pub struct OutputArray {
     pub declared: Declared,
     /// Position of the array.
     pub array: usize,
-    /// Standard deviation of the sensors' white error, SI.
+    /// Standard deviation of the sensors' white noise, SI.
     pub noise: Option<f64>,
 }
 
@@ -252,13 +252,13 @@ pub struct Equation {
     pub left: ExprId,
     /// Right side.
     pub right: ExprId,
-    /// What both sides measure.
+    /// Dimension of both sides.
     pub dimension: Dimension,
-    /// Whether it is declared to lack nothing.
+    /// Whether it is declared to lack no term.
     pub is_exact: bool,
 }
 
-/// Where an automaton comes from.
+/// The item that an automaton comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
     /// A `modes` block.
@@ -269,10 +269,10 @@ pub enum Origin {
     Every,
 }
 
-/// A `modes` block: equations that follow one another; or a `when` or an `every`.
+/// A `modes` block, with equations for each mode, or a `when` or an `every`.
 #[derive(Debug, Clone)]
 pub struct Automaton {
-    /// Where it comes from.
+    /// The item that it comes from.
     pub origin: Origin,
     /// Its name; of a `when` its condition as written, of an `every` its period and offset.
     pub name: String,
@@ -280,16 +280,16 @@ pub struct Automaton {
     pub doc: Vec<String>,
     /// Modes, in the order written.
     pub modes: Vec<Mode>,
-    /// The mode it starts in where no condition says another.
+    /// The initial mode if no condition selects another.
     pub start: usize,
-    /// Which mode follows which, and when; then the conditions of modes to start in.
+    /// Its transitions, then the conditions that select the initial mode.
     pub transitions: Vec<Transition>,
     /// The first time and the period of an `every`: of parameters.
     pub period: Option<[ExprId; 2]>,
 }
 
 impl Automaton {
-    /// How messages call what reads an expression of its transitions.
+    /// Description in messages of the reader of an expression in its transitions.
     pub fn reader(&self) -> String {
         match self.origin {
             Origin::Modes => format!("a transition of `{}`", self.name),
@@ -315,15 +315,15 @@ pub struct Mode {
 pub struct Transition {
     /// Its place.
     pub span: Span,
-    /// Position of the mode that it leaves; none where it is made at the start of a run.
+    /// Position of the mode that it leaves; `None` at the start of a run.
     pub from: Option<usize>,
     /// Position of the mode that it enters.
     pub to: usize,
-    /// What is watched; of a condition of a start, 1 where it holds and −1 where it does not.
+    /// The watched expression; for a start condition, 1 if it holds and −1 otherwise.
     pub left: ExprId,
-    /// In which direction it passes `right`.
+    /// Direction in which it passes `right`.
     pub crossing: Crossing,
-    /// What it is compared with.
+    /// The expression that it is compared with.
     pub right: ExprId,
     /// Unknowns that it resets, with their new values.
     pub resets: Vec<Reset>,
@@ -340,41 +340,41 @@ pub struct Reset {
     pub value: ExprId,
 }
 
-/// A bound within which an unknown stays though its equation would take it beyond.
+/// A bound within which an unknown stays even if its equation would take it beyond.
 #[derive(Debug, Clone)]
 pub struct Saturation {
     /// The whole item's place.
     pub span: Span,
     /// The unknown, or the element of an array.
     pub unknown: Symbol,
-    /// On which side of the unknown the bound lies.
+    /// The side of the unknown on which the bound lies.
     pub side: Bound,
     /// The bound: of parameters, inputs and time.
     pub bound: ExprId,
 }
 
-/// A `variant` and the choice that was made.
+/// A `variant` and the choice made.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Variant {
     /// Its name.
     pub name: String,
-    /// The choices that can be made, in the order written, the default first; one is not that would
-    /// read an input of a part that no one binds.
+    /// The possible choices, in the order written, the default first; a choice is impossible if it would read an
+    /// unbound input of a part.
     pub choices: Vec<String>,
-    /// Which one the model holds.
+    /// Position of the choice made.
     pub chosen: usize,
 }
 
 impl Variant {
-    /// The name of the choice that was made.
+    /// The name of the choice made.
     pub fn choice(&self) -> &str {
         self.choices.get(self.chosen).map_or("", String::as_str)
     }
 }
 
 impl Model {
-    /// The coherent SI unit of a dimension, spelt as the model spells it: a torque is in N*m, and not in J,
-    /// where an input, an output, an unknown or a parameter is.
+    /// The coherent SI unit of a dimension, in the model's spelling: a torque is in N*m, not in J, if an input, an
+    /// output, an unknown or a parameter is.
     pub fn spelling(&self, dimension: Dimension) -> String {
         let mut units = self.declared_units();
         let is_same = |unit: &&Unit| {
@@ -387,8 +387,8 @@ impl Model {
         declared.or_else(|| self.composed(dimension)).unwrap_or_else(|| describe(dimension))
     }
 
-    /// The coherent SI unit of a dimension, put together as the model puts its units together: where friction is in
-    /// N*m*s/rad, a torque is in N*m, and what a state in W changes by is in W/s.
+    /// The coherent SI unit of a dimension, composed like the units of the model: if friction is in N*m*s/rad, a torque
+    /// is in N*m, and the rate of a state in W is in W/s.
     fn composed(&self, dimension: Dimension) -> Option<String> {
         let is_it = |symbol: &String| {
             parse_unit(symbol).is_ok_and(|unit| {
@@ -403,7 +403,7 @@ impl Model {
         if let Some(product) = products.find(&is_it) {
             return Some(product);
         }
-        // A unit with a name says more than a rate.
+        // A unit with a name is clearer than a rate.
         if describe(dimension).chars().all(char::is_alphanumeric) {
             return None;
         }
@@ -416,7 +416,7 @@ impl Model {
         rates.find(is_it)
     }
 
-    /// The unit that differences of this dimension are best read in: that of the first quantity which measures the same.
+    /// The most readable unit for differences of this dimension: that of the first quantity with that dimension.
     pub fn familiar(&self, dimension: Dimension) -> Unit {
         let mut units = self.declared_units().map(Unit::of_differences);
         let fits = |unit: &Unit| unit.dimension == dimension && unit.offset == 0.0;
@@ -424,7 +424,7 @@ impl Model {
         named.unwrap_or_else(|| Unit { symbol: describe(dimension), dimension, ..Unit::one() })
     }
 
-    /// Units of what users read and write: inputs, outputs, unknowns, parameters, in this order.
+    /// Units of the quantities that users read and write: inputs, outputs, unknowns, parameters, in this order.
     fn declared_units(&self) -> impl Iterator<Item = &Unit> {
         let declared = (self.inputs.iter().map(|input| &input.declared))
             .chain(self.outputs.iter().map(|output| &output.declared))
@@ -444,7 +444,7 @@ impl Model {
         self.all_equations().chain(self.families.iter().map(|family| &family.equation))
     }
 
-    /// What an unknown or an element is called.
+    /// Name of an unknown or an element.
     ///
     /// # Panics
     ///
@@ -457,7 +457,7 @@ impl Model {
         }
     }
 
-    /// How far a state or element of this name strays by itself, where that is declared.
+    /// The process noise of a state or element of this name, if declared.
     pub fn process_noise(&self, state: &str) -> Option<ProcessNoise> {
         let single = self.unknowns.iter().find(|unknown| unknown.declared.name == state);
         let of_array = || {
@@ -468,7 +468,7 @@ impl Model {
         single.or_else(of_array)?.noise
     }
 
-    /// What the element at this position among those of all arrays is called.
+    /// Name of the element at this position among those of all arrays.
     ///
     /// # Panics
     ///
@@ -489,7 +489,7 @@ impl Model {
         &self.arrays[after - 1]
     }
 
-    /// Names that the model gives to expressions: its `let`s.
+    /// The model's names of expressions: its `let`s.
     pub fn let_names(&self) -> BTreeMap<ExprId, String> {
         self.lets.iter().map(|l| (l.value, l.name.clone())).collect()
     }

@@ -1,4 +1,4 @@
-//! What changes at events: `modes`, whose equations follow one another, `when`, `every` and `saturate`.
+//! Items that change at events: `modes`, with equations for each mode, `when`, `every` and `saturate`.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ impl<'a> Resolver<'a> {
         let names = ModeNames { automaton: name, positions: mode_names(modes, diagnostics) };
         let always = starts.iter().find(|start| start.condition.is_none());
         let start = always.map_or(Ok(0), |start| names.position(&start.mode, diagnostics));
-        // Each part reports its own mistakes; the next is independent of them.
+        // Each mode reports its own errors; the next is independent of them.
         let modes: Vec<Result<Mode, Reported>> =
             modes.iter().map(|mode| self.mode(mode, diagnostics)).collect();
         let transitions: Vec<Result<Vec<Transition>, Reported>> = transitions
@@ -73,11 +73,11 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<Transition>, Reported> {
         let from = names.position(&transition.from, diagnostics);
-        let to = names.position(&transition.to, diagnostics);
+        let target = names.position(&transition.to, diagnostics);
         let (conditions, resets) = (&transition.conditions, &transition.resets);
-        let all = self.reactions(transition.span, conditions, resets, diagnostics)?;
-        let (from, to) = (Some(from?), to?);
-        Ok(all.into_iter().map(|one| Transition { from, to, ..one }).collect())
+        let transitions = self.reactions(transition.span, conditions, resets, diagnostics)?;
+        let (from, target) = (Some(from?), target?);
+        Ok(transitions.into_iter().map(|one| Transition { from, to: target, ..one }).collect())
     }
 
     /// A transition from mode 0 to itself for each condition.
@@ -93,19 +93,20 @@ impl<'a> Resolver<'a> {
         let resets = self.resets(resets, diagnostics);
         let sides = sides.into_iter().collect::<Result<Vec<_>, _>>()?;
         let resets = resets?;
-        let all = conditions.iter().zip(sides).map(|(condition, [left, right])| Transition {
-            span,
-            from: Some(0),
-            to: 0,
-            left: left.id,
-            crossing: condition.crossing,
-            right: right.id,
-            resets: resets.clone(),
-        });
-        Ok(all.collect())
+        let transitions =
+            conditions.iter().zip(sides).map(|(condition, [left, right])| Transition {
+                span,
+                from: Some(0),
+                to: 0,
+                left: left.id,
+                crossing: condition.crossing,
+                right: right.id,
+                resets: resets.clone(),
+            });
+        Ok(transitions.collect())
     }
 
-    /// What a condition compares.
+    /// Both sides of a condition.
     fn sides(
         &mut self,
         condition: &'a ast::Condition,
@@ -123,7 +124,7 @@ impl<'a> Resolver<'a> {
         Ok([left, right])
     }
 
-    /// `start MODE if CONDITION`: made at the start where 1 or −1 is above zero.
+    /// `start MODE if CONDITION`: a transition at the start if the value, 1 or −1, is above zero.
     fn start_mode(
         &mut self,
         mode: &Name,
@@ -131,7 +132,7 @@ impl<'a> Resolver<'a> {
         names: &ModeNames<'_>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Transition, Reported> {
-        let to = names.position(mode, diagnostics);
+        let target = names.position(mode, diagnostics);
         let holds = self.lowering.truth(condition, diagnostics)?;
         self.check_start_condition(holds, condition, diagnostics)?;
         let graph = &mut self.lowering.graph;
@@ -139,10 +140,10 @@ impl<'a> Resolver<'a> {
         let left = graph.intern(Node::Select(holds, yes, no));
         let right = graph.constant(0.0);
         let (from, crossing, resets) = (None, Crossing::Rises, Vec::new());
-        Ok(Transition { span: condition.span, from, to: to?, left, crossing, right, resets })
+        Ok(Transition { span: condition.span, from, to: target?, left, crossing, right, resets })
     }
 
-    /// Conditions at the start read start values of states, which are known.
+    /// Checks that conditions at the start read only start values that are known.
     fn check_start_condition(
         &self,
         holds: ExprId,
@@ -184,7 +185,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// A `when` is an automaton of one mode, with a transition that leads back to it.
+    /// A `when` is an automaton of one mode, with transitions back to it.
     fn when(
         &mut self,
         item: &Item,
@@ -196,7 +197,7 @@ impl<'a> Resolver<'a> {
         Ok(of_one_mode(item, Origin::When, print_condition(reaction), transitions))
     }
 
-    /// An `every` is an automaton of one mode, too; its transition is made at the ticks of a clock.
+    /// An `every` is an automaton of one mode, too; its transition occurs at the ticks of a clock.
     fn every(
         &mut self,
         item: &Item,
@@ -223,7 +224,7 @@ impl<'a> Resolver<'a> {
         Ok(Automaton { period: Some([first.unwrap_or(Ok(zero))?, clock?]), ..automaton })
     }
 
-    /// A time above zero, of parameters.
+    /// A positive time, in terms of parameters.
     fn period(
         &mut self,
         expr: &'a Expr,
@@ -237,7 +238,7 @@ impl<'a> Resolver<'a> {
         Ok(id)
     }
 
-    /// A period or an offset: a time, of parameters.
+    /// A period or an offset: a time, in terms of parameters.
     fn time_of_clock(
         &mut self,
         what: &str,
@@ -247,10 +248,10 @@ impl<'a> Resolver<'a> {
         let typed = self.lowering.value(expr, diagnostics)?;
         let Lowering { graph, scope, .. } = &self.lowering;
         if typed.dim.with(Dim::Of(scope.second)).is_none() {
-            let found = typed.dim.dimension();
+            let dimension = typed.dim.dimension();
             let message = format!(
                 "the {what} of an `every` is a time, but this is {}",
-                scope.spelling.being(found)
+                scope.spelling.being(dimension)
             );
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E302, expr.span, message)
@@ -271,7 +272,7 @@ impl<'a> Resolver<'a> {
         Ok(typed.id)
     }
 
-    /// The equation of a held value: it does not change by itself.
+    /// The equation of a held value: its rate is zero.
     pub(super) fn held(&mut self, item: &Item, name: &Name) -> Result<Equation, Reported> {
         let entry = self.lowering.scope.names.get(name.text.as_str());
         let Some(Definition::Unknown { index, .. }) = entry.map(|entry| entry.definition) else {
@@ -299,7 +300,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// That a rate is zero.
+    /// The equation that a rate is zero.
     fn still(&mut self, span: Span, declared: &Declared, rate: Symbol) -> Equation {
         let Lowering { graph, scope, .. } = &mut self.lowering;
         Equation {
@@ -327,7 +328,7 @@ impl<'a> Resolver<'a> {
         Ok(once)
     }
 
-    /// One more of the resets that are made at one time.
+    /// Adds a reset to those of the same event.
     pub(super) fn add_reset(
         &self,
         resets: &mut Vec<Reset>,
@@ -394,7 +395,7 @@ impl<'a> Resolver<'a> {
         Ok(Saturation { span: item.span, unknown, side, bound })
     }
 
-    /// An unknown or element that something is done to, and its unit.
+    /// The unknown or element that an item names, and its unit.
     fn unknown_named(
         &mut self,
         name: &'a Name,
@@ -460,7 +461,7 @@ fn of_one_mode(
     Automaton { origin, name, doc, modes, start: 0, transitions, period: None }
 }
 
-/// Positions of modes by name; of two with one name the first counts.
+/// Positions of modes by name; of two with one name the first is used.
 fn mode_names<'a>(modes: &'a [Choice], diagnostics: &mut Diagnostics) -> BTreeMap<&'a str, usize> {
     let mut names = BTreeMap::new();
     for (i, mode) in modes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Ast → Model: names are looked up, units checked, variants chosen, values brought to SI.
+//! Ast → Model: resolves names, checks units, chooses variants, converts values to SI.
 
 use std::collections::BTreeMap;
 
@@ -20,24 +20,24 @@ use crate::syntax::ast::{
 use crate::syntax::own_units;
 use crate::units::{Dimension, Unit, which_is_meant};
 
-/// What is chosen and set from outside the model file.
+/// Choices and settings from outside the model file.
 #[derive(Debug, Clone, Default)]
 pub struct ModelOptions {
-    /// Choices of variants; those not named keep their first.
+    /// Choices of variants; unnamed variants keep their first.
     pub variants: Vec<(Name, Name)>,
     /// New values of constants and parameters and start values of unknowns.
     pub settings: Vec<Setting>,
-    /// Columns that there are data of. Where they are known, an input that nothing reads is kept if it has one,
-    /// and left out otherwise: what is added to the model may read it.
+    /// Data columns. If they are known, an input that nothing reads is kept if it has a column, because additions to
+    /// the model may read it, and left out otherwise.
     pub columns: Option<Vec<String>>,
-    /// Where it is asked that a run begins at rest, although the model does not say so.
+    /// Place of the request that runs start at rest, if the model itself does not.
     pub starts_at_rest: Option<Span>,
 }
 
 /// `name = value`, given from outside; a plain number is in the declared unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// What is set.
+    /// The name.
     pub name: Name,
     /// Its new value.
     pub value: Expr,
@@ -47,8 +47,7 @@ pub struct Setting {
 ///
 /// # Errors
 ///
-/// [`Reported`] after at least one diagnostic; as many independent mistakes as possible are
-/// reported in one go.
+/// [`Reported`] after at least one diagnostic; as many independent errors as possible are reported at once.
 pub fn resolve(
     asts: &[Ast],
     options: &ModelOptions,
@@ -57,8 +56,8 @@ pub fn resolve(
     resolve_noting(asts, options, None, diagnostics)
 }
 
-/// Makes a model as [`resolve`] does and notes the dimension of every expression that has one, by its place, also
-/// where other expressions are wrong.
+/// Makes a model like [`resolve`] and records the dimension of every expression that has one, by its place, even if
+/// other expressions have errors.
 ///
 /// # Errors
 ///
@@ -87,9 +86,9 @@ pub fn resolve_noting(
     };
 
     let mut set = options.settings.clone();
-    let own = own_units::all(asts);
-    for setting in set.iter_mut().filter(|_| !own.is_empty()) {
-        own_units::know_in(&mut setting.value, &own);
+    let units = own_units::all(asts);
+    for setting in set.iter_mut().filter(|_| !units.is_empty()) {
+        own_units::know_in(&mut setting.value, &units);
     }
     let asts = own_units::known_where_used(asts, diagnostics);
     let Expanded { asts, parts, .. } = parts::expand(&asts, diagnostics)?;
@@ -109,7 +108,7 @@ pub fn resolve_noting(
         }
     }
 
-    // What is not bound has been reported, and is an input then.
+    // Unbound inputs have been reported, and are then inputs of the model.
     let _: Result<(), Reported> = parts::leave_out_unbound(&mut items, main, &parts, diagnostics);
     leave_out_impossible(&mut variants, main, libraries, options);
     parts::leave_out_unread_inputs(&mut items, main, options.columns.as_deref());
@@ -134,7 +133,7 @@ pub fn resolve_noting(
     resolver.lowering.dimensions = dimensions.is_some().then(BTreeMap::new);
     resolver.constants_and_lets(&order, diagnostics);
     for item in &items {
-        // Each item reports its own mistakes; the next is independent of them.
+        // Each item reports its own errors; the next is independent of them.
         let _: Result<(), Reported> = resolver.item(item, diagnostics);
     }
     let (parameters, inputs) = std::mem::take(&mut resolver.elements);
@@ -163,7 +162,7 @@ pub fn resolve_noting(
     Ok(model)
 }
 
-/// Only the whole model can start at rest: a part of it rests where the others do.
+/// Refuses a part that starts at rest: only the whole model can, because a part rests only if the others do.
 fn verify_start(model: &Model, main: Span, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
     let Some(span) = model.starts_at_rest.filter(|span| span.source != main.source) else {
         return Ok(());
@@ -176,18 +175,18 @@ fn verify_start(model: &Model, main: Span, diagnostics: &mut Diagnostics) -> Res
     ))
 }
 
-/// Parts, of which one may stand in several choices of a variant.
+/// Parts without duplicates: one may occur in several choices of a variant.
 fn once(parts: Vec<InnerModel>) -> Vec<InnerModel> {
-    let mut all: Vec<InnerModel> = Vec::with_capacity(parts.len());
+    let mut distinct: Vec<InnerModel> = Vec::with_capacity(parts.len());
     for part in parts {
-        if !all.iter().any(|other| other.name == part.name && other.model == part.model) {
-            all.push(part);
+        if !distinct.iter().any(|other| other.name == part.name && other.model == part.model) {
+            distinct.push(part);
         }
     }
-    all
+    distinct
 }
 
-/// Whether a number is a value, with the zero of its unit, or a size.
+/// Whether a number is a value, including the offset of its unit, or a size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reading {
     /// 20 °C is 293.15 K.
@@ -199,11 +198,11 @@ pub(super) enum Reading {
 pub(super) struct Resolver<'a> {
     pub(super) lowering: Lowering<'a>,
     pub(super) settings: BTreeMap<&'a str, &'a Expr>,
-    /// Which of the loops comes next.
+    /// Position of the next loop.
     pub(super) next_loop: usize,
     /// Formulas of noise, by position of the output.
     pub(super) formulas: Vec<(usize, Formula)>,
-    /// Parameters and inputs that are elements of arrays: they come behind the others.
+    /// Parameters and inputs that are elements of arrays: they follow the others.
     pub(super) elements: (Vec<Parameter>, Vec<Input>),
     pub(super) model: Model,
 }
@@ -227,9 +226,9 @@ impl<'a> Resolver<'a> {
                 ItemKind::Array { name, .. } => {
                     let done = sound.and_then(|()| {
                         let vector = self.vector(name, diagnostics)?;
-                        let all = self.constants_of(item, vector, diagnostics)?;
+                        let constants = self.constants_of(item, vector, diagnostics)?;
                         let place = self.lowering.scope.vectors[vector].place.clone()?;
-                        Ok((place.first..).zip(all))
+                        Ok((place.first..).zip(constants))
                     });
                     for (index, constant) in done.into_iter().flatten() {
                         self.lowering.constants.insert(index, constant.value);
@@ -253,7 +252,7 @@ impl<'a> Resolver<'a> {
         self.model.constants = constants.into_values().collect();
     }
 
-    /// The start value that is set from outside, else the declared one.
+    /// The start value set from outside, or else the declared one.
     fn start_of(&self, name: &Name, declared: Option<&'a Expr>) -> Option<&'a Expr> {
         self.settings.get(name.text.as_str()).copied().or(declared)
     }
@@ -263,7 +262,7 @@ impl<'a> Resolver<'a> {
         let entry = self.lowering.scope.names.get(name.text.as_str());
         match entry.map(|entry| entry.definition) {
             Some(Definition::Vector(vector)) => Ok(vector),
-            // A second declaration of a name has been reported.
+            // A duplicate declaration of a name has been reported.
             _ => diagnostics.check().map(|()| unreachable!("arrays are collected")),
         }
     }
@@ -381,13 +380,13 @@ impl<'a> Resolver<'a> {
                 }
                 ArrayKind::Parameter => {
                     let vector = self.vector(name, diagnostics)?;
-                    let all = self.parameters_of(item, vector, attributes, diagnostics)?;
-                    self.elements.0.extend(all);
+                    let parameters = self.parameters_of(item, vector, attributes, diagnostics)?;
+                    self.elements.0.extend(parameters);
                 }
                 ArrayKind::Input => {
                     let vector = self.vector(name, diagnostics)?;
-                    let all = self.inputs_of(item, vector, attributes, diagnostics)?;
-                    self.elements.1.extend(all);
+                    let inputs = self.inputs_of(item, vector, attributes, diagnostics)?;
+                    self.elements.1.extend(inputs);
                 }
                 ArrayKind::Constant => {}
             },
@@ -408,7 +407,7 @@ impl<'a> Resolver<'a> {
 
     pub(super) fn declared(&self, item: &Item, name: &Name) -> Result<Declared, Reported> {
         let entry = self.lowering.scope.names.get(name.text.as_str());
-        // A second declaration of a name has been reported; the first one's unit would mislead.
+        // A duplicate declaration of a name has been reported; the unit of the first would mislead.
         let unit = entry.and_then(|entry| entry.unit.clone());
         Ok(Declared {
             name: name.text.clone(),
@@ -418,7 +417,7 @@ impl<'a> Resolver<'a> {
         })
     }
 
-    /// A declared value: plain numbers are in the declared unit, anything else must have it.
+    /// A declared value: plain numbers are in the declared unit, anything else must have its dimension.
     pub(super) fn in_unit(
         &mut self,
         expr: &'a Expr,
@@ -429,12 +428,12 @@ impl<'a> Resolver<'a> {
         self.lowering.in_unit(expr, unit, reading, &Arguments::new(), diagnostics)
     }
 
-    /// Checks functions that nothing calls, where their arguments say enough.
+    /// Checks functions that nothing calls if their arguments have units.
     fn unused_functions(&mut self, diagnostics: &mut Diagnostics) {
         for index in 0..self.lowering.scope.functions.len() {
             let function = self.lowering.scope.functions[index];
             if function.arguments.iter().all(|argument| argument.unit.is_some()) {
-                // The result is of no interest, only the mistakes met on the way.
+                // Only the errors matter, not the result.
                 let _: Result<(), Reported> = self.lowering.check_function(function, diagnostics);
             }
         }
@@ -442,7 +441,7 @@ impl<'a> Resolver<'a> {
 }
 
 impl<'a> Lowering<'a> {
-    /// A number that must be known before anything runs.
+    /// A number that must be constant.
     pub(super) fn known(
         &mut self,
         expr: &'a Expr,
@@ -468,7 +467,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// A size that must be known before anything runs, and above zero.
+    /// A size that must be constant and positive.
     pub(super) fn positive(
         &mut self,
         expr: &'a Expr,
@@ -484,15 +483,15 @@ impl<'a> Lowering<'a> {
         Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
     }
 
-    /// The first thing that an expression depends on, of the symbols that matter.
+    /// The first relevant symbol that an expression depends on.
     pub(super) fn first_unknown(&self, id: ExprId, matters: impl Fn(Symbol) -> bool) -> String {
         let mut symbols = self.graph.symbols(id).into_iter().filter(|symbol| matters(*symbol));
-        let found = symbols.find_map(|symbol| self.scope.quoted_name(symbol));
-        found.unwrap_or_else(|| "a constant that is in error".to_owned())
+        let name = symbols.find_map(|symbol| self.scope.quoted_name(symbol));
+        name.unwrap_or_else(|| "a constant that is in error".to_owned())
     }
 
-    /// A declared value: plain numbers are in the declared unit, anything else must have it. Within a function
-    /// its arguments are known.
+    /// A declared value: plain numbers are in the declared unit, anything else must have its dimension. Inside a
+    /// function its arguments are available.
     pub(super) fn in_unit(
         &mut self,
         expr: &'a Expr,
@@ -513,7 +512,7 @@ impl<'a> Lowering<'a> {
             return Ok(Typed { id, dim: Dim::Of(unit.dimension) });
         }
         if typed.dim.with(Dim::Of(unit.dimension)).is_none() {
-            let found = typed.dim.dimension();
+            let dimension = typed.dim.dimension();
             return Err(diagnostics.error(
                 Diagnostic::new(
                     Code::E302,
@@ -521,28 +520,28 @@ impl<'a> Lowering<'a> {
                     format!(
                         "declared in `{}`, but the value is {}",
                         unit.symbol,
-                        self.scope.spelling.being(found)
+                        self.scope.spelling.being(dimension)
                     ),
                 )
-                .here(self.scope.spelling.this_is(found))
-                .maybe_help(which_is_meant(found, unit.dimension)),
+                .here(self.scope.spelling.this_is(dimension))
+                .maybe_help(which_is_meant(dimension, unit.dimension)),
             ));
         }
-        // A size given with a unit of its own: 0.5 °C is half a kelvin.
+        // A size with a unit of its own: 0.5 °C is half a kelvin.
         if let (
             Reading::Size,
             crate::syntax::ast::ExprKind::Number { value, unit: Some(own), .. },
         ) = (reading, &expr.kind)
         {
-            let own = unit_of(Some(own), diagnostics)?;
-            let id = self.graph.constant(value * own.factor);
+            let unit_of_value = unit_of(Some(own), diagnostics)?;
+            let id = self.graph.constant(value * unit_of_value.factor);
             return Ok(Typed { id, dim: typed.dim });
         }
         Ok(typed)
     }
 }
 
-/// What is said of a value that is infinite or not a number.
+/// The error for a value that is infinite or not a number.
 pub(super) fn not_finite(value: f64, span: Span) -> Diagnostic {
     let message = format!("this comes to {value}, which is not a finite number");
     Diagnostic::new(Code::E504, span, message)

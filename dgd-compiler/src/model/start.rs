@@ -1,4 +1,4 @@
-//! Start values: what they may read, and what states that a part reads through its inputs start with.
+//! Start values: the symbols that they may read, and start values of the states that a part reads through its inputs.
 
 use std::collections::BTreeMap;
 
@@ -8,8 +8,8 @@ use crate::expr::{ExprId, Node, Symbol};
 use crate::syntax::ast::{Expr, Name};
 
 impl Resolver<'_> {
-    /// Checks that a start value reads only what is known before the unknowns are. Start values of a
-    /// part may also read states outside the part, by the values that these start with.
+    /// Checks that a start value reads only quantities that are known before the unknowns. Start values of a part may
+    /// also read states outside the part, by their start values.
     pub(super) fn check_start(
         &self,
         start: ExprId,
@@ -55,7 +55,7 @@ impl Resolver<'_> {
         scope.is_state(symbol) && !of_part(other.trim_matches('`'))
     }
 
-    /// Whether an expression reads what an unknown was.
+    /// Whether an expression reads an earlier value of an unknown.
     pub(super) fn reads_past(&self, id: ExprId) -> bool {
         let graph = &self.lowering.graph;
         let is_unknown = |s: &Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Element(_));
@@ -65,7 +65,7 @@ impl Resolver<'_> {
         })
     }
 
-    /// Puts start values in the place of states that start values read.
+    /// Substitutes the start values of states in start values.
     pub(super) fn open_starts(&mut self, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
         let mut open: BTreeMap<usize, Vec<usize>> = (0..self.n_starts())
             .map(|i| (i, self.needed(self.start(i))))
@@ -103,7 +103,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Where the start value is that a symbol needs, and which element of it is meant.
+    /// The position of the start value of a symbol, and the element in it.
     fn place(&self, symbol: Symbol) -> Option<(usize, u32)> {
         match symbol {
             Symbol::Unknown(i) => Some((i as usize, 0)),
@@ -121,7 +121,7 @@ impl Resolver<'_> {
         symbols.into_iter().filter_map(|symbol| self.place(symbol)).map(|(i, _)| i).collect()
     }
 
-    /// A start value with those that it needs in their places.
+    /// A start value with those that it needs substituted.
     fn opened(&mut self, i: usize) -> ExprId {
         let start = self.start(i);
         let mut values: BTreeMap<Symbol, ExprId> = BTreeMap::new();
@@ -145,14 +145,14 @@ impl Resolver<'_> {
         self.lowering.graph.substitute(start, |symbol| values.get(&symbol).copied())
     }
 
-    /// Start values that wait for each other.
+    /// The error for start values that depend on each other.
     fn circle(&self, open: &BTreeMap<usize, Vec<usize>>) -> Diagnostic {
         let declared = |i: usize| {
             let n = self.model.unknowns.len();
             let array = |i: usize| &self.model.arrays[i - n].unknown;
             if i < n { &self.model.unknowns[i].declared } else { &array(i).declared }
         };
-        // Everything that is open waits for something that is: going on long enough is in a circle.
+        // Every open value depends on an open one, so following the dependencies ends in a cycle.
         let next = |i: usize| {
             let open_needed = open[&i].iter().copied().find(|needed| open.contains_key(needed));
             open_needed.unwrap_or(i)

@@ -1,4 +1,4 @@
-//! Models made of parts, once their names are resolved.
+//! Models made of parts, after resolving their names.
 
 use super::*;
 use crate::expr::Symbol;
@@ -6,7 +6,7 @@ use crate::syntax::ast::Name;
 use crate::tank::{Run, TANK};
 
 impl Run {
-    /// The messages of a model that is not sound.
+    /// The messages for an invalid model.
     fn messages(&mut self) -> Vec<String> {
         if !self.asts.is_empty() {
             let model = resolve(&self.asts, &ModelOptions::default(), &mut self.diagnostics);
@@ -60,7 +60,7 @@ fn libraries_are_there_once_and_their_names_do_not_meet_others() {
     let names: Vec<String> =
         run.model().constants.iter().map(|c| c.declared.name.clone()).collect();
     assert_eq!(names, ["k"]);
-    // It does not: the name is the file's, and its own constant is another.
+    // It does not: the name belongs to the file, whose own constant differs.
     let main = "model pond\nimport \"pump.dgd\"\npart one: pump\npart law: pump\nconstant k = 7\n";
     let mut run = Run::new(&[("pond.dgd", main), ("law.dgd", law), ("pump.dgd", pump)]);
     let names: Vec<String> =
@@ -133,7 +133,7 @@ fn mistakes_are_named() {
     }
 }
 
-/// A line whose end is given a flow or a pressure; an input stands in a choice, another is read in one.
+/// A line whose end has a given flow or a given pressure; one choice declares an input, another reads one.
 const LINE: &str = "\
 model line
 state q = 1
@@ -157,10 +157,10 @@ fn inputs_that_the_chosen_variants_do_not_read_need_not_be_bound() {
     let mut run = with("part one: line\none.q_end = 2");
     let model = run.model();
     assert!(model.inputs.is_empty());
-    // The other choice cannot be made.
+    // The other choice is impossible.
     assert_eq!(model.variants[0].choices, ["flow"]);
     assert_eq!(model.lets.iter().map(|l| l.name.as_str()).collect::<Vec<_>>(), ["one.q_end"]);
-    // They may be bound all the same.
+    // They may be bound nevertheless.
     let model = with("part one: line\none.q_end = 2\none.slow = 1\none.p_end = 0").model();
     assert_eq!(model.variants[0].choices, ["flow", "pressure"]);
     for (lines, expected) in [
@@ -169,7 +169,7 @@ fn inputs_that_the_chosen_variants_do_not_read_need_not_be_bound() {
             "part one: line(end = pressure)\none.q_end = 2",
             "E220: inputs `one.p_end`, `one.slow` are not bound",
         ),
-        // The whole reads what a value of the part needs.
+        // The whole model reads a value that needs the input.
         ("part one: line\none.q_end = 2\nlet x = one.late", "E220: input `one.slow` is not bound"),
         // Bound in one choice of the whole and missing in the chosen one.
         (
@@ -333,7 +333,7 @@ fn modes_of_a_part_start_as_its_model_says() {
     assert_eq!(model.automata[0].start, 1);
 }
 
-/// Whether `smooth` says this of parameters by name: the table, weights, mean and standard deviation.
+/// Compares a smoothness: table, weights of parameters by name, mean and standard deviation.
 #[track_caller]
 fn agrees(model: &Model, k: usize, table: &str, weights: &[(&str, f64)], normal: [f64; 2]) {
     let found = &model.smoothness[k];

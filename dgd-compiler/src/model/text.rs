@@ -1,4 +1,4 @@
-//! A model as text, for `dgd emit --stage model`: what was understood, in SI units.
+//! A model as text, for `dgd emit --stage model`: the resolved model, in SI units.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -13,7 +13,7 @@ use crate::expr::display::{listing, number};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::units::describe;
 
-/// Writes a model out.
+/// Writes a model as text.
 pub fn write(model: &Model) -> String {
     let mut writer = Writer { model, names: model.let_names(), text: String::new() };
     writer.line("", &format!("model {}", model.name));
@@ -43,20 +43,20 @@ impl Writer<'_> {
         let _ = writeln!(self.text, "{indent}{content}");
     }
 
-    /// An expression, what is too long in it written out above under a name of its own.
+    /// An expression; long subexpressions are written above it, with names of their own.
     fn shown(&mut self, indent: &str, id: ExprId) -> String {
         let [text] = self.all_shown(indent, [id]);
         text
     }
 
-    /// Expressions, what is too long in any of them written out above.
+    /// Expressions; long subexpressions are written above them.
     fn all_shown<const N: usize>(&mut self, indent: &str, ids: [ExprId; N]) -> [String; N] {
         ids.map(|id| {
             let mut unnamed = self.names.clone();
             unnamed.remove(&id);
             let symbol = |symbol| symbol_name(self.model, symbol);
             let listing = listing(&self.model.graph, &[id], &unnamed, &symbol);
-            // Other `let`s stand by their names.
+            // Other `let`s appear by name.
             for (name, value) in listing.lines.iter().filter(|(name, _)| name.starts_with('_')) {
                 let _ = writeln!(self.text, "{indent}{name} = {value}");
             }
@@ -78,7 +78,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Constants, inputs, parameters and what tables say of these.
+    /// Constants, inputs, parameters and the smoothness of tables.
     fn values(&mut self) {
         for constant in &self.model.constants {
             let value = number(constant.value);
@@ -95,10 +95,10 @@ impl Writer<'_> {
             self.line("  ", &parameter_text(parameter));
         }
         for Smoothness { table, weights, mean, std } in &self.model.smoothness {
-            let of = |(i, weight): &(u32, f64)| {
+            let weighted = |(i, weight): &(u32, f64)| {
                 format!("{} {}", number(*weight), self.model.parameters[*i as usize].declared.name)
             };
-            let sum = weights.iter().map(of).collect::<Vec<_>>().join(" + ");
+            let sum = weights.iter().map(weighted).collect::<Vec<_>>().join(" + ");
             let (mean, std) = (number(*mean), number(*std));
             self.line("  ", &format!("smooth {table}: {sum} ~ normal({mean}, {std})"));
         }
@@ -111,7 +111,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Unknowns and arrays of them, with what they start with.
+    /// Unknowns and arrays of unknowns, with their start values.
     fn unknowns(&mut self) {
         for unknown in &self.model.unknowns {
             let (kind, head) = (kind_of(unknown), head(&unknown.declared));
@@ -187,15 +187,15 @@ impl Writer<'_> {
         }
     }
 
-    /// The condition of a mode to start in.
+    /// The condition that selects an initial mode.
     fn start_mode(&mut self, automaton: &Automaton, transition: &Transition) {
         let condition = match self.model.graph.node(transition.left) {
             Node::Select(condition, ..) => condition,
             _ => transition.left,
         };
         let condition = self.shown("      ", condition);
-        let to = &automaton.modes[transition.to].name;
-        self.line("    ", &format!("starts in {to} if {condition}"));
+        let target = &automaton.modes[transition.to].name;
+        self.line("    ", &format!("starts in {target} if {condition}"));
     }
 
     fn transition(&mut self, automaton: &Automaton, from: usize, transition: &Transition) {
@@ -281,7 +281,7 @@ fn range_of(array: &Array, declared: &Declared) -> String {
     format!("{}[{lower}..{upper}] [{}]", declared.name, describe(declared.unit.dimension))
 }
 
-/// `p[3+_k]` of `p[3]`; no name of a model begins like that.
+/// `p[3+_k]` for `p[3]`; no name of a model begins with `_k`.
 fn moving(element: &str) -> String {
     format!("{}+_k]", element.trim_end_matches(']'))
 }
@@ -302,7 +302,7 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         Symbol::Derivative(i) => format!("der({})", unknown(i)),
         Symbol::Element(i) => model.element_name(i),
         Symbol::ElementRate(i) => format!("der({})", model.element_name(i)),
-        // In the first passage; the next has the next.
+        // In the first passage; later passages read later elements.
         Symbol::Swept(i) => moving(&model.element_name(i)),
         Symbol::SweptRate(i) => format!("der({})", moving(&model.element_name(i))),
         Symbol::SweptParameter(i, _) => moving(&model.parameters[i as usize].declared.name),

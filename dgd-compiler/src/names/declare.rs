@@ -1,4 +1,4 @@
-//! From the items of a file to the names that it declares. What choices of a variant declare under one name is
+//! Collects the names that the items of a file declare. Declarations of one name in several choices of a variant are
 //! one symbol.
 
 use std::collections::BTreeMap;
@@ -8,11 +8,11 @@ use crate::syntax::ast::{
     ArrayKind, Ast, Choice, Item, ItemKind, Name, StartRule, Target, UnknownKind,
 };
 
-/// The set of a scope that a name belongs to.
+/// The namespace of a scope that a name belongs to.
 type Set = fn(&mut Scope) -> &mut BTreeMap<String, SymbolId>;
 
 impl Names {
-    /// Takes in what a file declares.
+    /// Collects the declarations of a file.
     pub(super) fn declare(&mut self, ast: &Ast) {
         let mut scope = Scope::default();
         if let Some(header) = &ast.model {
@@ -28,7 +28,7 @@ impl Names {
             }
         }
         self.declare_items(&ast.items, &mut scope);
-        // Of an output without a value, the name is that of what it reads.
+        // The name of an output without a value is also the name that it reads.
         self.declare_outputs(&ast.items, &mut scope);
         self.scopes.insert(ast.source, scope);
     }
@@ -144,7 +144,7 @@ impl Names {
         }
     }
 
-    /// Declares a symbol at one more place.
+    /// Adds another declaration of a symbol.
     fn again(&mut self, symbol: SymbolId, name: &Name) {
         self.uses.push(Use { span: name.span, symbol, declares: true });
     }

@@ -1,11 +1,11 @@
-//! Which files a file sees: its libraries, the models of its parts, an effect's model.
+//! The files that a file sees: its libraries, the models of its parts, an effect's model.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::source::{SourceId, Sources};
 use crate::syntax::ast::{Ast, Target};
 
-/// The files, by what they are called.
+/// The files, by name.
 pub(super) struct Files<'a> {
     asts: &'a [Ast],
     sources: &'a Sources,
@@ -22,57 +22,57 @@ impl<'a> Files<'a> {
         self.position.get(&id).map(|i| &self.asts[*i])
     }
 
-    /// The files whose names a file reads as its own: libraries that it imports, directly or through others; of
-    /// an effect, its model and what that sees; of a library, also whoever imports it, nearest first.
+    /// The files whose names a file reads as its own: libraries that it imports, directly or through others; for an
+    /// effect, its model and the files seen by it; for a library, also the files that import it, nearest first.
     pub(super) fn seen_by(&self, ast: &'a Ast) -> Vec<SourceId> {
-        let mut seen = self.libraries_of(ast);
+        let mut visible = self.libraries_of(ast);
         if let Some(model) = self.model_of_effect(ast) {
-            seen.push(model.source);
-            seen.extend(self.libraries_of(model));
+            visible.push(model.source);
+            visible.extend(self.libraries_of(model));
         }
         if ast.model.is_none() && ast.effect.is_none() {
             for other in self.asts.iter().filter(|other| other.source != ast.source) {
                 let libraries = self.libraries_of(other);
                 if libraries.contains(&ast.source) {
-                    seen.push(other.source);
-                    seen.extend(libraries);
+                    visible.push(other.source);
+                    visible.extend(libraries);
                 }
             }
         }
         let mut once = BTreeSet::from([ast.source]);
-        seen.retain(|id| once.insert(*id));
-        seen
+        visible.retain(|id| once.insert(*id));
+        visible
     }
 
     fn libraries_of(&self, ast: &'a Ast) -> Vec<SourceId> {
-        let mut found = Vec::new();
+        let mut libraries = Vec::new();
         let mut pending = vec![ast];
         while let Some(file) = pending.pop() {
             for import in &file.imports {
                 let library = self.get(*import).filter(|ast| ast.model.is_none());
                 if let Some(library) = library
-                    && !found.contains(import)
+                    && !libraries.contains(import)
                 {
-                    found.push(*import);
+                    libraries.push(*import);
                     pending.push(library);
                 }
             }
         }
-        found
+        libraries
     }
 
-    /// The model of this name that a file imports, or else any of this name.
+    /// The model of this name that a file imports, or else any model of this name.
     pub(super) fn model(&self, name: &str, of: SourceId) -> Option<SourceId> {
         let is_it = |ast: &&Ast| ast.model.as_ref().is_some_and(|model| model.name.text == name);
-        let own = self.get(of)?;
-        let through = self.libraries_of(own).into_iter().filter_map(|id| self.get(id));
-        let files = std::iter::once(own).chain(through);
+        let importer = self.get(of)?;
+        let through = self.libraries_of(importer).into_iter().filter_map(|id| self.get(id));
+        let files = std::iter::once(importer).chain(through);
         let mut imported = files.flat_map(|file| &file.imports).filter_map(|id| self.get(*id));
-        let found = imported.find(is_it).or_else(|| self.nearest(name, own));
-        found.map(|ast| ast.source)
+        let model_file = imported.find(is_it).or_else(|| self.nearest(name, importer));
+        model_file.map(|ast| ast.source)
     }
 
-    /// Of the models of a name, the one that lies nearest to a file.
+    /// The model of a name whose path is nearest to a file.
     fn nearest(&self, name: &str, to: &Ast) -> Option<&'a Ast> {
         let path = &self.sources.get(to.source).name;
         let common = |ast: &&Ast| {
@@ -80,11 +80,11 @@ impl<'a> Files<'a> {
             path.split('/').zip(other.split('/')).take_while(|(a, b)| a == b).count()
         };
         let is_it = |ast: &&Ast| ast.model.as_ref().is_some_and(|model| model.name.text == name);
-        // Of several at one distance, the first.
+        // The first of several at the same distance.
         self.asts.iter().rev().filter(is_it).max_by_key(common)
     }
 
-    /// The model that an effect is for.
+    /// The model of an effect.
     pub(super) fn model_of_effect(&self, ast: &Ast) -> Option<&'a Ast> {
         match &ast.effect.as_ref()?.target {
             Target::Model(name) => self.nearest(&name.text, ast),

@@ -1,14 +1,14 @@
-//! Names and their uses: where each is declared and where it is read, in all files of a project.
+//! Names and their uses: declarations and reads, in all files of a project.
 //!
-//! Unlike stage 2, which knows a name by the part that it belongs to and looks at the chosen variants only, this
-//! looks at what is written: every choice of every variant, parts by the files of their models, and effects
-//! with the models that they are for. It is what an editor asks: what is under the cursor, where else is it.
+//! Unlike stage 2, which resolves names within parts and chosen variants only, this covers the whole text: every choice
+//! of every variant, parts by the files of their models, and effects with their models. It serves editors: the symbol
+//! under the cursor, and its other uses.
 //!
-//! | file | what it holds |
+//! | file | contents |
 //! |---|---|
-//! | `declare` | from the items of a file to the names that it declares |
-//! | `files` | which files a file sees |
-//! | `read` | from expressions and clauses to the names that they read |
+//! | `declare` | names that the items of a file declare |
+//! | `files` | files that a file sees |
+//! | `read` | names that expressions and clauses read |
 
 mod declare;
 mod files;
@@ -23,7 +23,7 @@ use crate::syntax::ast::Ast;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SymbolId(pub usize);
 
-/// What a symbol is.
+/// The kind of a symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SymbolKind {
     /// `model NAME`
@@ -36,13 +36,13 @@ pub enum SymbolKind {
     Parameter,
     /// `input`
     Input,
-    /// `state`, an array of them too
+    /// `state`, single or an array
     State,
-    /// `unknown`, an array of them too
+    /// `unknown`, single or an array
     Unknown,
     /// `size`
     Size,
-    /// `let`, in a loop too
+    /// `let`, also in a loop
     Let,
     /// `function`
     Function,
@@ -66,25 +66,25 @@ pub enum SymbolKind {
     Index,
 }
 
-/// Something that has a name.
+/// A named item.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Symbol {
-    /// Its name, as it is declared.
+    /// Its declared name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: SymbolKind,
-    /// Where it is first declared.
+    /// Place of its first declaration.
     pub declared: Span,
 }
 
-/// A place where a symbol is named.
+/// An occurrence of a symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Use {
-    /// The place: of `pump.c0`, one for the part and one for what it has.
+    /// The place; `pump.c0` has two, one for the part and one for its member.
     pub span: Span,
-    /// What is named there.
+    /// The symbol.
     pub symbol: SymbolId,
-    /// Whether it is declared there.
+    /// Whether it is a declaration.
     pub declares: bool,
 }
 
@@ -92,14 +92,14 @@ pub struct Use {
 #[derive(Debug, Clone, Default)]
 pub struct Names {
     symbols: Vec<Symbol>,
-    /// In the order of place.
+    /// Ordered by place.
     uses: Vec<Use>,
     scopes: BTreeMap<SourceId, Scope>,
-    /// For each file those whose names it can read as its own.
+    /// For each file, the files whose names it reads as its own.
     seen: BTreeMap<SourceId, Vec<SourceId>>,
 }
 
-/// What one file declares.
+/// The declarations of one file.
 #[derive(Debug, Clone, Default)]
 struct Scope {
     model: Option<SymbolId>,
@@ -117,17 +117,17 @@ struct Scope {
 }
 
 impl Scope {
-    /// What expressions can read under a name.
+    /// The symbol that expressions read by a name.
     fn value(&self, name: &str) -> Option<SymbolId> {
         self.values.get(name).or_else(|| self.slots.get(name)).copied()
     }
 
-    /// What can be read under a name, or else an output, a variant or an argument of that name.
+    /// The symbol that expressions read by a name, or else an output, a variant or an argument of that name.
     fn any(&self, name: &str) -> Option<SymbolId> {
-        let found = [&self.values, &self.slots, &self.outputs, &self.variants]
+        let symbol = [&self.values, &self.slots, &self.outputs, &self.variants]
             .into_iter()
             .find_map(|names| names.get(name));
-        found.copied()
+        symbol.copied()
     }
 }
 
@@ -160,64 +160,64 @@ impl Names {
         &self.symbols[id.0]
     }
 
-    /// What is named at a byte of a source, or ends there.
+    /// The use that contains a byte of a source, or ends there.
     pub fn at(&self, source: SourceId, byte: u32) -> Option<&Use> {
         let is_there = |one: &&Use| {
             one.span.source == source && one.span.start <= byte && byte <= one.span.end
         };
-        // Of two that touch, the one that begins there.
+        // Of two adjacent ones, the second.
         self.uses.iter().rev().find(is_there)
     }
 
-    /// Every place where a symbol is named, in the order of place.
+    /// All uses of a symbol, ordered by place.
     pub fn uses_of(&self, symbol: SymbolId) -> impl Iterator<Item = &Use> {
         self.uses.iter().filter(move |one| one.symbol == symbol)
     }
 
-    /// All uses in one source, in the order of place.
+    /// All uses in one source, ordered by place.
     pub fn uses_in(&self, source: SourceId) -> impl Iterator<Item = &Use> {
         self.uses.iter().filter(move |one| one.span.source == source)
     }
 
-    /// What expressions of a file can read: its own names, then those of its libraries and, for an effect, of
-    /// its model.
+    /// Names that expressions of a file can read: its own, then those of its libraries and, for an effect, of its
+    /// model.
     pub fn readable_in(&self, source: SourceId) -> Vec<SymbolId> {
         let others = self.seen.get(&source).into_iter().flatten();
         let scopes = std::iter::once(&source).chain(others).filter_map(|id| self.scopes.get(id));
-        let mut all = Vec::new();
+        let mut symbols = Vec::new();
         for scope in scopes {
-            all.extend(scope.values.values().chain(scope.slots.values()));
-            all.extend(scope.parts.values().map(|(id, _)| id));
+            symbols.extend(scope.values.values().chain(scope.slots.values()));
+            symbols.extend(scope.parts.values().map(|(id, _)| id));
         }
-        all
+        symbols
     }
 
-    /// All that a file and those that it sees declare: labels of equations and outputs, too.
+    /// All declarations of a file and of those that it sees, including labels of equations and outputs.
     pub fn in_sight_of(&self, source: SourceId) -> Vec<SymbolId> {
         let others = self.seen.get(&source).into_iter().flatten();
         let scopes = std::iter::once(&source).chain(others).filter_map(|id| self.scopes.get(id));
-        let mut all = self.readable_in(source);
+        let mut symbols = self.readable_in(source);
         for scope in scopes {
-            all.extend(scope.equations.values().chain(scope.outputs.values()));
-            all.extend(scope.variants.values());
+            symbols.extend(scope.equations.values().chain(scope.outputs.values()));
+            symbols.extend(scope.variants.values());
         }
-        all
+        symbols
     }
 
-    /// What can stand behind a part's name and a point.
+    /// Names that can follow a part's name and a point.
     pub fn members_of(&self, source: SourceId, part: &str) -> Vec<SymbolId> {
         let Some(scope) = self.model_of_part(source, part) else { return Vec::new() };
-        let own = scope.values.values().chain(scope.outputs.values());
-        own.chain(scope.parts.values().map(|(id, _)| id)).copied().collect()
+        let members = scope.values.values().chain(scope.outputs.values());
+        members.chain(scope.parts.values().map(|(id, _)| id)).copied().collect()
     }
 
-    /// The scope of the model that a part is, `well.pump` being a part of a part.
+    /// The scope of a part's model; `well.pump` is a part of a part.
     fn model_of_part(&self, source: SourceId, part: &str) -> Option<&Scope> {
-        let seen = self.seen.get(&source).into_iter().flatten();
-        let mut scope =
-            std::iter::once(&source).chain(seen).filter_map(|id| self.scopes.get(id)).find(
-                |scope| part.split('.').next().is_some_and(|p| scope.parts.contains_key(p)),
-            )?;
+        let seen_files = self.seen.get(&source).into_iter().flatten();
+        let mut scope = std::iter::once(&source)
+            .chain(seen_files)
+            .filter_map(|id| self.scopes.get(id))
+            .find(|scope| part.split('.').next().is_some_and(|p| scope.parts.contains_key(p)))?;
         for part in part.split('.') {
             let (_, model) = scope.parts.get(part)?;
             scope = self.scopes.values().find(|scope| self.is_model(scope, model))?;

@@ -1,4 +1,4 @@
-//! From expressions, clauses and items to the names that they read.
+//! Collects the names that expressions, clauses and items read.
 
 use super::files::Files;
 use super::{Names, Scope, SymbolId, SymbolKind, Use};
@@ -9,7 +9,7 @@ use crate::syntax::ast::{
 };
 use crate::syntax::visit;
 
-/// Records what a file reads.
+/// Records the names that a file reads.
 pub(super) fn read(ast: &Ast, files: &Files<'_>, names: &mut Names, sources: &Sources) {
     let mut reader = Reader { source: ast.source, files, names, sources, locals: Vec::new() };
     if let Some(header) = &ast.effect {
@@ -32,19 +32,19 @@ impl Reader<'_> {
         self.names.uses.push(Use { span, symbol, declares: false });
     }
 
-    /// The first of the file itself and the files that it sees in which something is found.
+    /// The first match in the scopes of the file itself and the files that it sees.
     fn find(&self, in_scope: impl Fn(&Scope) -> Option<SymbolId>) -> Option<SymbolId> {
-        let seen = self.names.seen.get(&self.source).into_iter().flatten();
-        let mut all = std::iter::once(&self.source).chain(seen);
-        all.find_map(|id| self.names.scopes.get(id).and_then(&in_scope))
+        let seen_files = self.names.seen.get(&self.source).into_iter().flatten();
+        let mut seen_and_own = std::iter::once(&self.source).chain(seen_files);
+        seen_and_own.find_map(|id| self.names.scopes.get(id).and_then(&in_scope))
     }
 
-    /// Something that an expression reads, or that has a value otherwise.
+    /// Records a name that an expression reads.
     fn value(&mut self, text: &str, span: Span) {
         let local = self.locals.iter().rev().find(|(name, _)| name == text);
-        let found = local.map(|(_, symbol)| *symbol);
-        let found = found.or_else(|| self.find(|scope| scope.value(text)));
-        match found.or_else(|| self.find(|scope| scope.any(text))) {
+        let local_symbol = local.map(|(_, symbol)| *symbol);
+        let readable = local_symbol.or_else(|| self.find(|scope| scope.value(text)));
+        match readable.or_else(|| self.find(|scope| scope.any(text))) {
             Some(symbol) => self.reads(symbol, span),
             None => self.member(text, span, Scope::any),
         }
@@ -54,7 +54,7 @@ impl Reader<'_> {
         self.value(&name.text, name.span);
     }
 
-    /// `pump.c0`: the part, and what its model has.
+    /// `pump.c0`: the part, and a member of its model.
     fn member(&mut self, text: &str, span: Span, find: impl Fn(&Scope, &str) -> Option<SymbolId>) {
         let spans = self.segments(span);
         let segments: Vec<&str> = text.split('.').collect();
@@ -85,15 +85,15 @@ impl Reader<'_> {
     fn segments(&self, span: Span) -> Vec<Span> {
         let text = self.sources.text(span);
         let mut start = span.start;
-        let mut all = Vec::new();
+        let mut spans = Vec::new();
         for word in text.split('.') {
             let blanks = (word.len() - word.trim_start().len()) as u32;
             let begin = start + blanks;
             let end = begin + word.trim().len() as u32;
-            all.push(Span { source: span.source, start: begin, end });
+            spans.push(Span { source: span.source, start: begin, end });
             start += word.len() as u32 + 1;
         }
-        all
+        spans
     }
 
     fn output(&mut self, name: &Name) {
@@ -107,8 +107,8 @@ impl Reader<'_> {
     fn equation(&mut self, label: &Name) {
         let text = label.text.as_str();
         let slot = |scope: &Scope| scope.slots.get(text).copied();
-        let own = |scope: &Scope| scope.equations.get(text).copied();
-        match self.find(slot).or_else(|| self.find(own)) {
+        let equation = |scope: &Scope| scope.equations.get(text).copied();
+        match self.find(slot).or_else(|| self.find(equation)) {
             Some(symbol) => self.reads(symbol, label.span),
             None => self.member(text, label.span, |scope, name| scope.equations.get(name).copied()),
         }
@@ -132,7 +132,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The ends of ranges, which know of no index.
+    /// The ends of ranges, in which no index is defined.
     fn ends(&mut self, counters: &[Counter]) {
         for Counter { range, .. } in counters {
             self.exprs([&range.lower, &range.upper]);
@@ -161,7 +161,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads something in which indices are only known here.
+    /// Reads an item with additional indices.
     fn with_indices<'n>(
         &mut self,
         indices: impl IntoIterator<Item = &'n Name>,
@@ -176,19 +176,19 @@ impl Reader<'_> {
         self.locals.truncate(open);
     }
 
-    /// The indices that stand between brackets behind a label or name of a loop.
+    /// The indices in brackets after a label or name in a loop.
     fn indices_behind(&mut self, name: &Name) {
         let text = &self.sources.get(name.span.source).text;
         let mut begin = name.span.end as usize;
-        let mut found = Vec::new();
+        let mut spans = Vec::new();
         while let Some(inside) =
             text[begin..].strip_prefix('[').and_then(|rest| rest.split(']').next())
         {
             let start = begin + 1 + (inside.len() - inside.trim_start().len());
-            found.push((inside.trim().to_owned(), start as u32));
+            spans.push((inside.trim().to_owned(), start as u32));
             begin += inside.len() + 2;
         }
-        for (index, start) in found {
+        for (index, start) in spans {
             let end = start + index.len() as u32;
             self.value(&index, Span { source: name.span.source, start, end });
         }
@@ -372,7 +372,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The model of a part, and what its arguments set.
+    /// The model of a part, and the names that its arguments set.
     fn part(&mut self, model: &Name, arguments: &[PartArgument]) {
         let inner = self.files.model(&model.text, self.source);
         let scope = inner.and_then(|inner| self.names.scopes.get(&inner)).cloned();
@@ -401,7 +401,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What an effect is for, and its clauses.
+    /// The target of an effect, and its clauses.
     fn effect(&mut self, header: &EffectHeader) {
         match &header.target {
             Target::Model(model) => {
@@ -445,7 +445,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What stands in the place of an output: its name is what it read before.
+    /// The replacement of an output, in which its name is the old value.
     fn replaced_output(&mut self, output: &Name, by: &Expr) {
         let text = output.text.as_str();
         let symbol = self.find(|scope| scope.outputs.get(text).copied());

@@ -1,4 +1,4 @@
-//! What the inputs of parts are: `pump.q = q_ssp`, of an array all alike or piece by piece.
+//! Bindings of the inputs of parts: `pump.q = q_ssp`, for arrays as a whole or piece by piece.
 
 use std::collections::BTreeSet;
 
@@ -13,18 +13,18 @@ use crate::syntax::visit;
 #[derive(Debug, Clone)]
 pub(super) struct Socket {
     pub(super) unit: Unit,
-    /// Of an array, what its indices run over.
+    /// Ranges of the indices, for an array.
     pub(super) axes: Vec<Axis>,
 }
 
-/// An input of a part, bound.
+/// A binding of a part's input.
 pub(super) struct Bound<'a> {
     pub(super) path: Path,
     pub(super) input: &'a Name,
     pub(super) extent: Extent,
 }
 
-/// How much of an input a binding says.
+/// Extent of the input that a binding covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Extent {
     /// All of it.
@@ -35,24 +35,24 @@ pub(super) enum Extent {
     Element,
 }
 
-/// A binding where it stands.
+/// A binding in its context.
 pub(super) struct Written<'a> {
     pub(super) item: &'a Item,
     pub(super) input: &'a Name,
     pub(super) indices: &'a [Expr],
     pub(super) value: &'a Expr,
-    /// Those of the loop that it is in.
+    /// Counters of the enclosing loop.
     pub(super) counters: &'a [Counter],
 }
 
 impl Bound<'_> {
-    /// Whether another binding of the same input can stand in the model with it.
+    /// Whether another binding of the same input can be active together with it.
     fn meets(&self, other: &Bound<'_>) -> bool {
         other.input.text == self.input.text && agree(&other.path, &self.path)
     }
 }
 
-/// No input of a part is bound twice; one that is an array may be in pieces.
+/// Checks that no input of a part is bound twice, except pieces of an array.
 pub(super) fn verify_once(bindings: &[Bound<'_>], diagnostics: &mut Diagnostics) {
     for (i, bound) in bindings.iter().enumerate() {
         let is_whole = |bound: &Bound<'_>| bound.extent == Extent::Whole;
@@ -76,8 +76,8 @@ pub(super) fn in_pieces(bindings: &[Bound<'_>]) -> BTreeSet<String> {
 }
 
 impl Written<'_> {
-    /// The item that stands for it: an equation where there are pieces of which each determines some
-    /// elements of an unknown. The whole declares the names that are `taken`.
+    /// The item that replaces a binding: an equation if the input is bound in pieces, each of which determines some
+    /// elements of an unknown. `taken` are names declared by the whole.
     pub(super) fn item(
         &self,
         socket: &Socket,
@@ -86,8 +86,8 @@ impl Written<'_> {
     ) -> Result<Item, Diagnostic> {
         let Written { item, input, indices, value, counters } = *self;
         let n = socket.axes.len();
-        let given = indices.len() + counters.len();
-        if given != n && given > 0 {
+        let n_indices = indices.len() + counters.len();
+        if n_indices != n && n_indices > 0 {
             let (message, help) = match n {
                 0 => (
                     format!("input `{}` is not an array", input.text),
@@ -104,7 +104,7 @@ impl Written<'_> {
             };
             return Err(Diagnostic::new(Code::E232, input.span, message).help(help));
         }
-        let is_whole = given == 0 && n > 0;
+        let is_whole = n_indices == 0 && n > 0;
         let kind = if is_in_pieces && !is_whole {
             let label = Name { text: self.label(), span: input.span };
             let of_loop = counters.iter().map(|counter| Expr {
@@ -132,7 +132,7 @@ impl Written<'_> {
         Ok(Item { kind: ItemKind::For { counters, items: vec![inner] }, ..item.clone() })
     }
 
-    /// What a piece is called: `cell.q_1`, or of a loop `cell.q_2_to_N`.
+    /// Label of a piece: `cell.q_1`, or `cell.q_2_to_N` for a loop.
     fn label(&self) -> String {
         let elements = self.indices.iter().map(print_expression);
         let ranges = self.counters.iter().map(|Counter { range, .. }| {
@@ -153,7 +153,7 @@ impl Written<'_> {
     }
 }
 
-/// A plain number is one in the declared unit.
+/// Gives a plain number the declared unit.
 fn measure(value: &mut Expr, declared: &Unit) {
     match &mut value.kind {
         ExprKind::Number { unit, .. } => {
@@ -164,7 +164,7 @@ fn measure(value: &mut Expr, declared: &Unit) {
     }
 }
 
-/// Makes unknowns of arrays of inputs that are bound in pieces.
+/// Turns arrays of inputs that are bound in pieces into unknowns.
 pub(super) fn as_unknowns(items: &mut [Item], in_pieces: &BTreeSet<String>) {
     visit::items_mut(items, &mut |item| {
         if let ItemKind::Array { declared, name, attributes, .. } = &mut item.kind

@@ -1,4 +1,4 @@
-//! From a file to its items, with those of its parts in place.
+//! Expands a file into its items, including those of its parts.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,15 +15,15 @@ use crate::syntax::ast::{Ast, Axis, Counter, Item, ItemKind, Name, PartArgument}
 use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace, Part};
 
-/// Parts hold parts at most this deep.
+/// Limit on the nesting of parts.
 const DEEPEST: usize = 64;
 
-/// What parts may come to together, in bytes of text, of which every item counts for as many more as
-/// this.
+/// Limit on the total size of parts: bytes of text, plus [`EVERY_ITEM`] for each item.
 const LARGEST: usize = 8 << 20;
+/// Size of an item in addition to its text, bytes.
 const EVERY_ITEM: usize = 128;
 
-/// A model with its parts in place, its names as its own file has them.
+/// A model with its parts expanded, under the names of its own file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ExpandedModel {
     pub(super) items: Vec<Item>,
@@ -32,13 +32,13 @@ pub(super) struct ExpandedModel {
     pub(super) set: BTreeSet<String>,
     /// Libraries that it or its parts see.
     pub(super) libraries: BTreeSet<SourceId>,
-    /// How many items stand for each part of its own, in the order written.
+    /// Number of items of each of its own parts, in the order written.
     lengths: Vec<usize>,
-    /// What it counts for in [`LARGEST`].
+    /// Its contribution to [`LARGEST`].
     size: usize,
 }
 
-/// Within which choices of which variants something stands.
+/// The choices of variants that contain an item.
 pub(super) type Path = Vec<(String, usize)>;
 
 /// A part as written.
@@ -52,13 +52,13 @@ pub(super) struct Written<'a> {
 }
 
 impl Bound<'_> {
-    /// Whether it stands in the model wherever the part does.
+    /// Whether it is active whenever the part is.
     fn is_there_with(&self, part: &Written<'_>) -> bool {
         self.path.iter().all(|choice| part.path.contains(choice))
     }
 }
 
-/// A part that is in place, or that could not be made.
+/// An expanded part, or a failed one.
 struct Placed<'a> {
     written: Written<'a>,
     instance: Result<Instance, Reported>,
@@ -123,28 +123,28 @@ impl<'a, 'd> Expansion<'a, 'd> {
         Ok(Expanded { asts: Cow::Owned(asts), parts, lengths })
     }
 
-    /// A model with its parts in place.
+    /// A model with its parts expanded.
     fn model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> Result<ExpandedModel, Reported> {
         let outer = std::mem::take(self.diagnostics);
         let whole = self.sound_model(ast, visible);
-        let own = std::mem::replace(self.diagnostics, outer);
-        for diagnostic in own.sorted() {
+        let problems = std::mem::replace(self.diagnostics, outer);
+        for diagnostic in problems.sorted() {
             self.diagnostics.error(diagnostic.clone());
         }
-        own.check().map(|()| whole)
+        problems.check().map(|()| whole)
     }
 
-    /// The same, where nothing is reported.
+    /// A model with its parts expanded, valid only if nothing is reported.
     fn sound_model(&mut self, ast: &'a Ast, visible: &Visible<'a>) -> ExpandedModel {
-        let mut own = ast.items.clone();
+        let mut items = ast.items.clone();
         let is_main = self.open.is_empty();
         self.open.push(ast);
         if !is_main {
             let mut names = self.foreign_names(visible);
-            for (namespace, name) in declared(&mut own) {
+            for (namespace, name) in declared(&mut items) {
                 names.insert(namespace, name.clone(), name);
             }
-            for item in &mut own {
+            for item in &mut items {
                 names.rename_item(item);
             }
         }
@@ -153,17 +153,17 @@ impl<'a, 'd> Expansion<'a, 'd> {
             ..ExpandedModel::default()
         };
         let (mut parts, mut bindings) = (Vec::new(), Vec::new());
-        collect(&own, &mut Path::new(), &mut parts, &mut bindings);
+        collect(&items, &mut Path::new(), &mut parts, &mut bindings);
         let in_pieces = binding::in_pieces(&bindings);
-        let taken = taken_by(&own, visible);
-        self.verify_parts(&own, &parts);
+        let taken = taken_by(&items, visible);
+        self.verify_parts(&items, &parts);
         let placed: Vec<Placed<'_>> = parts
             .into_iter()
             .map(|written| {
                 let mut instance = self.part(&written, visible, &taken, &mut whole);
                 if let Ok(instance) = &mut instance {
                     binding::as_unknowns(&mut instance.items, &in_pieces);
-                    // An input bound in some choices only stays an input for the others.
+                    // An input that is bound in some choices only stays an input for the others.
                     instance.remove_inputs(&|input| {
                         bindings.iter().any(|b| b.input.text == input && b.is_there_with(&written))
                     });
@@ -176,7 +176,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         let n_items = |placed: &Placed<'_>| placed.instance.as_ref().map_or(0, |i| i.items.len());
         whole.lengths = placed.iter().map(n_items).collect();
         let mut used = 0;
-        whole.items = self.in_place(&own, &mut Path::new(), &placed, &mut used);
+        whole.items = self.in_place(&items, &mut Path::new(), &placed, &mut used);
         visit::items(&whole.items, &mut |item| whole.size += EVERY_ITEM + length(item.span));
         if !is_main && self.diagnostics.check().is_ok() {
             verify_names(&mut whole.items, ast, visible, &self.library_names, self.diagnostics);
@@ -185,7 +185,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         whole
     }
 
-    /// One part, under the names of the model that it is in.
+    /// One part, with the names of the enclosing model.
     fn part(
         &mut self,
         written: &Written<'_>,
@@ -230,7 +230,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         instance(written, inner, taken, &mut whole.set, self.diagnostics)
     }
 
-    /// No model contains itself, and there is an end to parts of parts.
+    /// Checks that no model contains itself, and that the nesting of parts is limited.
     fn verify_nesting(&mut self, ast: &'a Ast, model: &Name) -> Result<(), Reported> {
         if let Some(first) = self.open.iter().position(|open| open.source == ast.source) {
             let chain = self.open[first..].iter().chain([&ast]);
@@ -247,7 +247,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         Ok(())
     }
 
-    /// What the libraries that a file sees declare, under the names that this has in the whole.
+    /// The declarations of the libraries that a file sees, with their names in the whole.
     fn foreign_names(&self, visible: &Visible<'_>) -> Renaming {
         let mut names = Renaming::default();
         for library in &visible.libraries {
@@ -256,7 +256,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         names
     }
 
-    /// Adds the names that a library's declarations have in the whole.
+    /// Adds the names of a library's declarations in the whole.
     fn library_names_of(&self, library: &Ast, names: &mut Renaming) {
         if let Some(prefix) = self.library_names.get(&library.source) {
             for (namespace, name) in declared(&mut library.items.clone()) {
@@ -266,7 +266,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
         }
     }
 
-    /// Parts have names of their own.
+    /// Checks that parts have names of their own.
     fn verify_parts(&mut self, items: &[Item], parts: &[Written<'_>]) {
         let values = values(items);
         for (i, part) in parts.iter().enumerate() {
@@ -292,19 +292,19 @@ impl<'a, 'd> Expansion<'a, 'd> {
         placed: &[Placed<'_>],
         used: &mut usize,
     ) -> Vec<Item> {
-        let mut all = Vec::with_capacity(items.len());
+        let mut replaced = Vec::with_capacity(items.len());
         for item in items {
             match &item.kind {
                 ItemKind::Part { .. } => {
                     if let Ok(instance) = &placed[*used].instance {
-                        all.extend(instance.items.iter().cloned());
+                        replaced.extend(instance.items.iter().cloned());
                     }
                     *used += 1;
                 }
                 ItemKind::Binding { input, indices, value } => {
                     let counters: &[Counter] = &[];
                     let written = Binding { item, input, indices, value, counters };
-                    all.extend(self.bound(&written, path, placed));
+                    replaced.extend(self.bound(&written, path, placed));
                 }
                 ItemKind::For { counters, items } => {
                     let one = |item: &Item| match &item.kind {
@@ -316,7 +316,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
                     };
                     let items = items.iter().filter_map(one).collect();
                     let kind = ItemKind::For { counters: counters.clone(), items };
-                    all.push(Item { kind, ..item.clone() });
+                    replaced.push(Item { kind, ..item.clone() });
                 }
                 ItemKind::Variant { name, choices } => {
                     let mut choices = choices.clone();
@@ -326,15 +326,15 @@ impl<'a, 'd> Expansion<'a, 'd> {
                         path.pop();
                     }
                     let kind = ItemKind::Variant { name: name.clone(), choices };
-                    all.push(Item { kind, ..item.clone() });
+                    replaced.push(Item { kind, ..item.clone() });
                 }
-                _ => all.push(item.clone()),
+                _ => replaced.push(item.clone()),
             }
         }
-        all
+        replaced
     }
 
-    /// The item that stands for a binding, if it is sound.
+    /// The item that replaces a binding, if that is valid.
     fn bound(&mut self, written: &Binding<'_>, path: &Path, placed: &[Placed<'_>]) -> Option<Item> {
         let input = written.input;
         let socket = self.socket(input, path, placed).ok()?;
@@ -355,9 +355,9 @@ impl<'a, 'd> Expansion<'a, 'd> {
         placed: &[Placed<'_>],
     ) -> Result<Socket, Reported> {
         let (part, _) = input.text.split_once('.').unwrap_or((&input.text, ""));
-        let mut of = placed.iter().filter(|p| p.written.name.text == part);
-        let found = of.find(|p| agree(&p.written.path, path));
-        let Some(Placed { written, instance }) = found else {
+        let mut candidates = placed.iter().filter(|p| p.written.name.text == part);
+        let found_part = candidates.find(|p| agree(&p.written.path, path));
+        let Some(Placed { written, instance }) = found_part else {
             let message = format!("there is no part `{part}`");
             let known = placed.iter().map(|p| p.written.name.text.as_str());
             let help = match suggestion(part, known) {
@@ -428,7 +428,7 @@ fn collect<'i>(
     }
 }
 
-/// Whether two things can stand in a model at one time.
+/// Whether two items can be active together.
 pub(super) fn agree(a: &Path, b: &Path) -> bool {
     let apart = |(variant, choice): &(String, usize)| {
         b.iter().any(|(other, chosen)| other == variant && chosen != choice)
@@ -438,29 +438,29 @@ pub(super) fn agree(a: &Path, b: &Path) -> bool {
 
 /// Names that items declare.
 pub(super) fn declared(items: &mut [Item]) -> Vec<(Namespace, String)> {
-    let mut all = Vec::new();
+    let mut names = Vec::new();
     for item in items {
         visit::parts_mut(item, &mut |part| {
             if let Part::Declares(namespace, name) = part {
-                all.push((namespace, name.text.clone()));
+                names.push((namespace, name.text.clone()));
             }
         });
     }
-    all
+    names
 }
 
 /// Names that can be read, with their places.
 fn values(items: &[Item]) -> BTreeMap<String, Span> {
-    let mut all = BTreeMap::new();
+    let mut names = BTreeMap::new();
     visit::items(items, &mut |item| {
         if let Some(name) = item.kind.value_name() {
-            all.entry(name.text.clone()).or_insert(name.span);
+            names.entry(name.text.clone()).or_insert(name.span);
         }
     });
-    all
+    names
 }
 
-/// Names that a model and the libraries that it sees declare, which no index may have.
+/// Names declared by a model and the libraries that it sees; no index may have one.
 fn taken_by(items: &[Item], visible: &Visible<'_>) -> BTreeSet<String> {
     let libraries = visible.libraries.iter().map(|library| library.items.as_slice());
     libraries.chain([items]).flat_map(|items| values(items).into_keys()).collect()

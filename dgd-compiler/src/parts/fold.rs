@@ -1,14 +1,14 @@
-//! From a changed tree back to what was written, as far as its parts are unchanged.
+//! Folds a changed tree back to its source form, where its parts are unchanged.
 
 use std::collections::BTreeSet;
 
 use super::Expanded;
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
 
-/// The items of a model as they were written, with what has been changed in `after`, the items that
-/// `expanded` had. A part of which something has changed stays in its place, item by item.
+/// The items of a model in source form, with the changes of `after`, which is derived from the items of `expanded`. A
+/// changed part stays expanded.
 ///
-/// `None` where libraries that only parts see would have to be written out with it.
+/// `None` if libraries that only parts see would have to be written out.
 pub(crate) fn fold(written: &[Ast], expanded: &Expanded<'_>, after: &[Item]) -> Option<Vec<Item>> {
     let before = &expanded.asts[0].items;
     let mut changed = BTreeSet::new();
@@ -23,14 +23,14 @@ pub(crate) fn fold(written: &[Ast], expanded: &Expanded<'_>, after: &[Item]) -> 
 }
 
 struct Folding<'a> {
-    /// How many items stand for each part, in the order written.
+    /// Number of items of each part, in the order written.
     lengths: std::slice::Iter<'a, usize>,
     /// Parts that are not folded.
     changed: &'a BTreeSet<String>,
 }
 
 impl Folding<'_> {
-    /// Finds the parts whose items are not what they were.
+    /// Finds the parts whose items have changed.
     fn changes(
         &mut self,
         written: &[Item],
@@ -46,8 +46,8 @@ impl Folding<'_> {
                     changed.insert(name.text.clone());
                 }
                 ItemKind::Variant { choices, .. } => {
-                    let all = choices.iter().zip(choices_of(old)).zip(choices_of(new));
-                    for ((choice, old), new) in all {
+                    let triples = choices.iter().zip(choices_of(old)).zip(choices_of(new));
+                    for ((choice, old), new) in triples {
                         self.changes(&choice.items, old, new, changed);
                     }
                 }
@@ -56,17 +56,17 @@ impl Folding<'_> {
         }
     }
 
-    /// The items as written; those after them, which an effect has brought, as they are.
+    /// The items in source form; the additions of effects that follow them are unchanged.
     fn fold(&mut self, written: &[Item], mut after: &[Item]) -> Vec<Item> {
-        let mut all = Vec::with_capacity(written.len());
+        let mut folded = Vec::with_capacity(written.len());
         for item in written {
             let n = self.length(item);
             let new = split(&mut after, n);
             match (&item.kind, new) {
                 (ItemKind::Part { name, .. }, _) if !self.changed.contains(&name.text) => {
-                    all.push(item.clone());
+                    folded.push(item.clone());
                 }
-                (ItemKind::Binding { .. }, [new]) => all.push(self.binding(item, new)),
+                (ItemKind::Binding { .. }, [new]) => folded.push(self.binding(item, new)),
                 (
                     ItemKind::For { items: written, .. },
                     [new @ Item { kind: ItemKind::For { counters, items }, .. }],
@@ -74,7 +74,7 @@ impl Folding<'_> {
                     let items =
                         written.iter().zip(items).map(|(item, new)| self.binding(item, new));
                     let kind = ItemKind::For { counters: counters.clone(), items: items.collect() };
-                    all.push(Item { kind, ..new.clone() });
+                    folded.push(Item { kind, ..new.clone() });
                 }
                 (
                     ItemKind::Variant { choices: written, .. },
@@ -85,16 +85,16 @@ impl Folding<'_> {
                         choice.items = self.fold(&written.items, &choice.items);
                     }
                     let kind = ItemKind::Variant { name: name.clone(), choices };
-                    all.push(Item { kind, ..item.clone() });
+                    folded.push(Item { kind, ..item.clone() });
                 }
-                _ => all.extend(new.iter().cloned()),
+                _ => folded.extend(new.iter().cloned()),
             }
         }
-        all.extend(after.iter().cloned());
-        all
+        folded.extend(after.iter().cloned());
+        folded
     }
 
-    /// How many items stand for one.
+    /// Number of expanded items for one item.
     fn length(&mut self, item: &Item) -> usize {
         match item.kind {
             ItemKind::Part { .. } => self.lengths.next().copied().unwrap_or(0),
@@ -102,8 +102,8 @@ impl Folding<'_> {
         }
     }
 
-    /// A binding as written with the value that it has now; anything else, and a binding of a part that
-    /// is not folded, as it is now.
+    /// A binding in source form with its new value; anything else, and a binding of a part that is not folded, as it is
+    /// in the changed tree.
     fn binding(&self, written: &Item, new: &Item) -> Item {
         let ItemKind::Binding { input, indices, value: own } = &written.kind else {
             return new.clone();
@@ -130,7 +130,7 @@ impl Folding<'_> {
     }
 }
 
-/// Whether a plain number has only been given its unit.
+/// Whether the only change of a plain number is its unit.
 fn is_the_number(own: &Expr, now: &Expr) -> bool {
     match (&own.kind, &now.kind) {
         (ExprKind::Number { text: own, .. }, ExprKind::Number { text: now, .. }) => own == now,

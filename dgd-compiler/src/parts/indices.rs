@@ -16,7 +16,7 @@ pub(super) fn counters(axes: &[Axis], span: Span, mut taken: BTreeSet<String>) -
     axes.iter().map(one).collect()
 }
 
-/// A counter for an axis, called as the axis says if that is free.
+/// A counter for an axis, with the axis's name if that is free.
 fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
     let numbered = (1..).map(|k| format!("i_{k}"));
     let wanted = axis.index.iter().map(|index| index.text.clone());
@@ -26,14 +26,13 @@ fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
     Counter { index: Name { text, span }, range: axis.range.clone() }
 }
 
-/// Gives other names to the indices of a part's model that are called like something of the whole, of
-/// which it knows nothing.
+/// Renames the indices of a part's model that clash with names of the whole.
 pub(super) fn free_indices(items: &mut [Item], taken: &BTreeSet<String>) {
-    let own = indices_in(items);
-    if own.is_disjoint(taken) {
+    let indices = indices_in(items);
+    if indices.is_disjoint(taken) {
         return;
     }
-    let mut names: BTreeSet<String> = taken | &own;
+    let mut names: BTreeSet<String> = taken | &indices;
     let mut free = |index: &mut Name| {
         let old = index.text.clone();
         if taken.contains(&old) {
@@ -91,25 +90,25 @@ fn free_sums(expr: &mut Expr, free: &mut dyn FnMut(&mut Name) -> String) {
 
 /// Names of indices in a model.
 pub(super) fn indices_in(items: &mut [Item]) -> BTreeSet<String> {
-    let mut all = BTreeSet::new();
+    let mut names = BTreeSet::new();
     visit::items(items, &mut |item| match &item.kind {
         ItemKind::For { counters, .. } => {
-            all.extend(counters.iter().map(|counter| counter.index.text.clone()));
+            names.extend(counters.iter().map(|counter| counter.index.text.clone()));
         }
         ItemKind::Array { axes, .. } => {
             let indices = axes.iter().filter_map(|axis| axis.index.as_ref());
-            all.extend(indices.map(|index| index.text.clone()));
+            names.extend(indices.map(|index| index.text.clone()));
         }
         _ => {}
     });
     for item in items {
         visit::parts_mut(item, &mut |part| {
             if let visit::Part::Expr(_, expr) = part {
-                indices_of_sums(expr, &mut all);
+                indices_of_sums(expr, &mut names);
             }
         });
     }
-    all
+    names
 }
 
 fn indices_of_sums(expr: &Expr, all: &mut BTreeSet<String>) {
@@ -121,7 +120,7 @@ fn indices_of_sums(expr: &Expr, all: &mut BTreeSet<String>) {
     }
 }
 
-/// Calls an index otherwise in an expression.
+/// Renames an index in an expression.
 pub(super) fn rename_index(expr: &mut Expr, old: &str, new: &str) {
     if let ExprKind::Name(name) = &mut expr.kind
         && name == old

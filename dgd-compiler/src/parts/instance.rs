@@ -1,5 +1,4 @@
-//! From a model to one part: its names with the part's before them, what arguments say, outputs as
-//! values.
+//! Instantiates a part of a model: prefixes its names, applies arguments, turns outputs into values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,19 +13,19 @@ use crate::syntax::ast::{
 use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace};
 
-/// A part's items under the names of the model that it is in.
+/// A part's items, with the names of the enclosing model.
 #[derive(Debug, Clone)]
 pub(super) struct Instance {
-    /// All of it; what is bound is no longer among them once its bindings are known.
+    /// All items; bound inputs are removed once the bindings are known.
     pub(super) items: Vec<Item>,
     /// Its inputs, by name.
     pub(super) inputs: BTreeMap<String, Socket>,
-    /// All names of it that can be read.
+    /// All its names that can be read.
     pub(super) values: BTreeSet<String>,
 }
 
-/// Makes a part of a model, or with `axes` one for each index. The constants and parameters that
-/// arguments set are added to `set`; the whole declares the names that are `taken`.
+/// Makes a part of a model, or with `axes` one for each index. Adds the constants and parameters that arguments set to
+/// `set`; `taken` are the names declared by the whole.
 pub(super) fn instance(
     written: &Written<'_>,
     inner: ExpandedModel,
@@ -57,12 +56,12 @@ pub(super) fn instance(
     outputs_as_values(&mut items, &values);
     let several = Several::new(part, axes, &mut items, taken);
     let mut differing = BTreeSet::new();
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     for (i, argument) in arguments.iter().enumerate() {
         let same = |other: &&PartArgument| other.name.text == argument.name.text;
         if let Some(first) = arguments[..i].iter().find(same) {
             let message = format!("`{}` is given twice", argument.name.text);
-            own.error(
+            problems.error(
                 Diagnostic::new(Code::E202, argument.name.span, message)
                     .label(first.name.span, "first here"),
             );
@@ -71,40 +70,40 @@ pub(super) fn instance(
         if inputs.contains_key(&name) {
             let message = format!("`{}` is an input of `{}`", argument.name.text, model.text);
             let help = format!("bind it in a line of its own: `{name} = …`");
-            own.error(Diagnostic::new(Code::E205, argument.name.span, message).help(help));
+            problems.error(Diagnostic::new(Code::E205, argument.name.span, message).help(help));
         } else {
-            let given = several.argument(argument);
-            match give(&mut items, &name, &given, model, set) {
-                Ok(()) if several.differs(&given.value, is_array(&items, &name)) => {
+            let written = several.argument(argument);
+            match give(&mut items, &name, &written, model, set) {
+                Ok(()) if several.differs(&written.value, is_array(&items, &name)) => {
                     differing.insert(name);
                 }
                 Ok(()) => {}
                 Err(diagnostic) => {
-                    own.error(*diagnostic);
+                    problems.error(*diagnostic);
                 }
             }
         }
     }
-    if !several.is_one() && own.check().is_ok() {
+    if !several.is_one() && problems.check().is_ok() {
         match several.spread(items, part, differing) {
             Ok(spread) => items = spread,
             Err(mistakes) => {
                 items = Vec::new();
                 for mistake in mistakes {
-                    own.error(mistake);
+                    problems.error(mistake);
                 }
             }
         }
         inputs = inputs_of(part, &items);
     }
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
     Ok(Instance { items, inputs, values })
 }
 
-/// The units of a part's inputs. Those of parts within it are not its own.
+/// The units of a part's inputs, without those of nested parts.
 fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Socket> {
     let mut inputs = BTreeMap::new();
     visit::items(items, &mut |item| {
@@ -123,7 +122,7 @@ fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Socket> {
     inputs
 }
 
-/// Whether a name is an array's.
+/// Whether a name belongs to an array.
 fn is_array(items: &[Item], name: &str) -> bool {
     let mut any = false;
     visit::items(items, &mut |item| {
@@ -133,7 +132,7 @@ fn is_array(items: &[Item], name: &str) -> bool {
 }
 
 impl Instance {
-    /// Takes inputs that are bound out of the items.
+    /// Removes bound inputs from the items.
     pub(super) fn remove_inputs(&mut self, is_bound: &dyn Fn(&str) -> bool) {
         without_inputs(&mut self.items, is_bound);
     }
@@ -154,8 +153,7 @@ fn without_inputs(items: &mut Vec<Item>, is_bound: &dyn Fn(&str) -> bool) {
     });
 }
 
-/// Makes `let`s of outputs. An output with the name of an unknown is dropped: the name is the
-/// unknown's.
+/// Turns outputs into `let`s. An output with the name of an unknown is dropped: the name denotes the unknown.
 fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
     items.retain_mut(|item| match &mut item.kind {
         ItemKind::Output { name, unit, value: Some(value), .. } if !values.contains(&name.text) => {
@@ -174,12 +172,12 @@ fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
     });
 }
 
-/// The unit of what has none.
+/// The unit of a dimensionless name.
 pub(super) fn plain(name: &Name) -> Unit {
     Unit::new(name.span, "1")
 }
 
-/// Gives a value, a start value or a choice to what has a name.
+/// Sets the value, start value or choice of a name.
 fn give(
     items: &mut [Item],
     name: &str,
@@ -189,7 +187,7 @@ fn give(
 ) -> Result<(), Box<Diagnostic>> {
     let mut settable: Vec<String> = Vec::new();
     let mut other = None;
-    let mut given = None;
+    let mut given_kind = None;
     visit::items_mut(items, &mut |item| match &mut item.kind {
         ItemKind::Constant { name: own, value, .. }
         | ItemKind::Parameter { name: own, value, .. }
@@ -198,21 +196,21 @@ fn give(
             if own.text == name {
                 *value = argument.value.clone();
                 set.insert(name.to_owned());
-                given = Some(Ok(()));
+                given_kind = Some(Ok(()));
             }
         }
         ItemKind::Unknown { name: own, start, .. } | ItemKind::Array { name: own, start, .. } => {
             settable.push(own.text.clone());
             if own.text == name {
                 *start = Some(argument.value.clone());
-                given = Some(Ok(()));
+                given_kind = Some(Ok(()));
             }
         }
         ItemKind::Variant { name: own, choices } => {
             settable.push(own.text.clone());
-            // A value of the name goes before.
-            if own.text == name && given.is_none() {
-                given = Some(choose(choices, name, &argument.value));
+            // A value of that name takes precedence.
+            if own.text == name && given_kind.is_none() {
+                given_kind = Some(choose(choices, name, &argument.value));
             }
         }
         ItemKind::Let { name: own, .. }
@@ -234,26 +232,26 @@ fn give(
         | ItemKind::Part { .. }
         | ItemKind::Binding { .. } => {}
     });
-    if let Some(given) = given {
-        return given;
+    if let Some(given_kind) = given_kind {
+        return given_kind;
     }
-    let own = &argument.name;
+    let argument_name = &argument.name;
     if let Some(place) = other {
-        let message = format!("`{}` cannot be given a value", own.text);
+        let message = format!("`{}` cannot be given a value", argument_name.text);
         return Err(Box::new(
-            Diagnostic::new(Code::E205, own.span, message)
+            Diagnostic::new(Code::E205, argument_name.span, message)
                 .label(place, "it is worked out here")
                 .help("a constant, a parameter, the start value of a state or a variant can"),
         ));
     }
-    let message = format!("model `{}` has no `{}`", model.text, own.text);
-    let prefix = name.len() - own.text.len();
+    let message = format!("model `{}` has no `{}`", model.text, argument_name.text);
+    let prefix = name.len() - argument_name.text.len();
     let known = settable.iter().map(|name| &name[prefix..]);
-    let near = suggestion(&own.text, known).map(|near| format!("did you mean `{near}`?"));
-    Err(Box::new(Diagnostic::new(Code::E201, own.span, message).maybe_help(near)))
+    let near = suggestion(&argument_name.text, known).map(|near| format!("did you mean `{near}`?"));
+    Err(Box::new(Diagnostic::new(Code::E201, argument_name.span, message).maybe_help(near)))
 }
 
-/// Makes a choice the first, which is the default.
+/// Makes a choice the first, and so the default.
 fn choose(choices: &mut [Choice], variant: &str, wanted: &Expr) -> Result<(), Box<Diagnostic>> {
     let name = match &wanted.kind {
         ExprKind::Name(name) => name.as_str(),

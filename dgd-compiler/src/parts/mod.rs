@@ -1,23 +1,22 @@
 //! Models inside models: `part pump: subsea_pump(c0 = 275 [m])`.
 //!
-//! A part is everything that its model declares, under names with the part's before them:
-//! `pump.c0`. What the model calls an input is what the whole says it is, `pump.q = q_ssp`; what it
-//! calls an output can be read. [`expand`] makes one tree of a model and its parts, in which every
-//! node keeps its own place, so that no later stage knows of parts. `fold` takes a tree back to
-//! what was written, as far as an effect has left its parts alone.
+//! A part contains every declaration of its model, with the part's name in front: `pump.c0`. The whole binds the inputs
+//! of the part's model, `pump.q = q_ssp`, and can read its outputs. [`expand`] makes one tree of a model and its parts,
+//! in which every node keeps its own place, so that later stages need no notion of parts. `fold` turns a tree back into
+//! source form, as far as effects have not changed its parts.
 //!
-//! | file | what it holds |
+//! | file | contents |
 //! |---|---|
-//! | `visible` | which models and libraries a file sees |
-//! | `expansion` | from a file to its items, those of its parts in place |
-//! | `instance` | from a model to one part: names, arguments, outputs |
-//! | `several` | parts of which there are several: what differs gets an index |
-//! | `indices` | what indices are called |
-//! | `binding` | what inputs of parts are |
-//! | `unknown` | names that a part's model reads and nobody declares |
-//! | `tied` | values that are not numbers but tied to what the whole knows only later |
-//! | `unbound` | inputs that the chosen variants do not read: left out |
-//! | `fold` | back to what was written |
+//! | `visible` | models and libraries that a file sees |
+//! | `expansion` | expands a file into its items, including those of its parts |
+//! | `instance` | instantiates a part: names, arguments, outputs |
+//! | `several` | arrays of parts: varying items get an index |
+//! | `indices` | names of indices |
+//! | `binding` | bindings of the inputs of parts |
+//! | `unknown` | undeclared names in a part's model |
+//! | `tied` | values tied to quantities that are not constant |
+//! | `unbound` | removes inputs that the chosen variants do not read |
+//! | `fold` | back to source form |
 
 mod binding;
 mod expansion;
@@ -47,34 +46,34 @@ pub(crate) use unbound::{has_unbound, leave_out_unbound, leave_out_unread_inputs
 /// A model without parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expanded<'a> {
-    /// The model's tree, in which the items of parts stand where the parts were, then those of its
-    /// libraries and of its parts' libraries.
+    /// The model's tree, in which parts are replaced by their items, then those of its libraries and of its parts'
+    /// libraries.
     pub asts: Cow<'a, [Ast]>,
-    /// The parts, and after each its own.
+    /// The parts, each followed by its own.
     pub parts: Vec<InnerModel>,
-    /// How many items stand for each part of the model itself, in the order written.
+    /// Number of items of each part of the model itself, in the order written.
     lengths: Vec<usize>,
 }
 
 /// A model that is part of another.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InnerModel {
-    /// What the whole calls it: `pump`, or `well.pump`.
+    /// Its name in the whole: `pump`, or `well.pump`.
     pub name: String,
     /// The model's name.
     pub model: String,
     /// Doc comment of the part.
     pub doc: Vec<String>,
-    /// Where the part that it is in says its name.
+    /// Place of its name in the enclosing model.
     pub span: Span,
 }
 
-/// Puts the items of parts in their places. `asts` are the tree of a model and those of all that it
-/// imports; without parts among them nothing is copied.
+/// Replaces parts by their items. `asts` are the tree of a model and those of all its imports; if there are no parts,
+/// nothing is copied.
 ///
 /// # Errors
 ///
-/// [`Reported`] where a part has no model or is given what its model does not have.
+/// [`Reported`] if a part has no model or gets an argument that its model does not have.
 ///
 /// # Panics
 ///
@@ -96,7 +95,7 @@ pub fn expand<'a>(
     expanded
 }
 
-/// Whether a file has parts, or bindings as if it had.
+/// Whether a file has parts, or bindings of parts.
 fn has_parts(ast: &Ast) -> bool {
     let mut any = false;
     visit::items(&ast.items, &mut |item| {

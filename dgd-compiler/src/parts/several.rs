@@ -1,9 +1,8 @@
-//! Parts of which there are several, `part cell[1..N]: battery_cell`.
+//! Arrays of parts, `part cell[1..N]: battery_cell`.
 //!
-//! What differs from one to the next gets an index: unknowns and inputs are arrays, their equations
-//! loops, and so is all that reads them. What is the same for all stays single: constants, parameters,
-//! tables and functions, unless an argument says otherwise. So there is one text for all of them,
-//! however many.
+//! Varying items get an index: unknowns and inputs become arrays, their equations loops, and so do all values that read
+//! them. Constants, parameters, tables and functions stay single, unless an argument makes them vary. So all parts
+//! share one text, however many they are.
 
 use std::collections::BTreeSet;
 
@@ -18,16 +17,16 @@ use crate::syntax::ast::{
 };
 use crate::syntax::visit;
 
-/// What the indices of a part are called and run over.
+/// Names and ranges of the indices of a part.
 #[derive(Debug, Clone)]
 pub(super) struct Several {
     counters: Vec<Counter>,
-    /// What the indices are called in arguments, where they are.
+    /// Names of the indices in arguments, if they have any.
     written: Vec<Option<String>>,
 }
 
 impl Several {
-    /// The indices of a part whose model's items are these, under names that are not `taken`.
+    /// The indices of a part with these items in its model, with names that are not `taken`.
     pub(super) fn new(
         part: &Name,
         axes: &[Axis],
@@ -38,7 +37,7 @@ impl Several {
             return Several { counters: Vec::new(), written: Vec::new() };
         }
         let mut taken = taken.clone();
-        // One that is called like something of the whole is a mistake, as in a loop.
+        // A name that clashes with one of the whole is an error, as in a loop.
         for index in axes.iter().filter_map(|axis| axis.index.as_ref()) {
             taken.remove(&index.text);
         }
@@ -52,7 +51,7 @@ impl Several {
         self.counters.is_empty()
     }
 
-    /// An argument under the names that the indices have in the part.
+    /// An argument, with the indices renamed to those in the part.
     pub(super) fn argument(&self, argument: &PartArgument) -> PartArgument {
         let mut argument = argument.clone();
         for (counter, written) in self.counters.iter().zip(&self.written) {
@@ -63,8 +62,7 @@ impl Several {
         argument
     }
 
-    /// Whether an argument differs from one part to the next. A list for an array has a value for each
-    /// of its elements.
+    /// Whether an argument varies between parts. A list for an array has a value for each of its elements.
     pub(super) fn differs(&self, value: &Expr, is_array: bool) -> bool {
         let is_list = matches!(value.kind, ExprKind::List(_)) && !is_array;
         !self.is_one() && (self.reads_index(value) || is_list)
@@ -76,7 +74,7 @@ impl Several {
         self.counters.iter().any(|counter| names.contains(&counter.index.text))
     }
 
-    /// Gives indices to what differs: to begin with, `given` names with arguments that do.
+    /// Adds indices to varying names; initially, `given` are the names with varying arguments.
     pub(super) fn spread(
         &self,
         items: Vec<Item>,
@@ -90,8 +88,7 @@ impl Several {
     }
 }
 
-/// Names of what differs from one part to the next: unknowns, inputs, what arguments say, and values
-/// that are computed from these.
+/// Varying names: unknowns, inputs, names with varying arguments, and values computed from these.
 fn what_differs(items: &[Item], given: BTreeSet<String>) -> BTreeSet<String> {
     let mut each = given;
     let mut values: Vec<(&Name, BTreeSet<String>)> = Vec::new();
@@ -185,15 +182,15 @@ impl Spreading<'_> {
                 };
                 let (each, same): (Vec<Item>, Vec<Item>) = items.into_iter().partition(is_each);
                 let each: Vec<Item> = each.into_iter().map(|item| self.indexed(item)).collect();
-                let mut all = Vec::new();
+                let mut bounds = Vec::new();
                 if !same.is_empty() {
                     let kind = ItemKind::For { counters: counters.clone(), items: same };
-                    all.extend(with(kind));
+                    bounds.extend(with(kind));
                 }
                 if !each.is_empty() {
-                    all.push(self.in_loop(&counters, each, span));
+                    bounds.push(self.in_loop(&counters, each, span));
                 }
-                all
+                bounds
             }
             ItemKind::Unknown { declared, name, unit, start, attributes } => {
                 let declared = declared.of_elements();
@@ -253,7 +250,7 @@ impl Spreading<'_> {
         self.each.contains(&name.text)
     }
 
-    /// Whether a value reads nothing but indices, so that it stays one that can be set.
+    /// Whether a value reads only indices, so that it can still be set.
     fn is_made_of_indices(&self, value: &Expr) -> bool {
         let mut names = BTreeSet::new();
         names_in(value, &mut names);
@@ -262,7 +259,7 @@ impl Spreading<'_> {
         names.iter().all(is_index)
     }
 
-    /// The part's indices in front of these, with names where a value reads them.
+    /// The part's indices in front of these, named if a value reads them.
     fn axes<'e>(&self, own: &[Axis], values: impl IntoIterator<Item = &'e Expr>) -> Vec<Axis> {
         let is_read = values.into_iter().any(|value| self.several.reads_index(value));
         let outer = self.several.counters.iter().map(|Counter { index, range }| Axis {
@@ -272,7 +269,7 @@ impl Spreading<'_> {
         outer.chain(own.iter().cloned()).collect()
     }
 
-    /// Attributes with indices behind the names of what differs, and what they read.
+    /// Attributes with indices added to the varying names, and the expressions in them.
     fn attributes(&self, mut attributes: Vec<Attribute>) -> (Vec<Attribute>, Vec<Expr>) {
         let mut read = Vec::new();
         for attribute in &mut attributes {
@@ -284,7 +281,7 @@ impl Spreading<'_> {
         (attributes, read)
     }
 
-    /// What can stand in a loop, its names with indices.
+    /// An item of a loop, with indices added to its names.
     fn indexed(&self, mut item: Item) -> Item {
         visit::parts_mut(&mut item, &mut |part| {
             if let visit::Part::Expr(_, expr) = part {
@@ -303,14 +300,14 @@ impl Spreading<'_> {
         item
     }
 
-    /// The part's indices in front of those that a name has.
+    /// Adds the part's indices in front of those of a name.
     fn index_name(&self, name: &Name, indices: &mut Vec<Expr>) {
         if self.is_each(name) {
             indices.splice(0..0, self.indices(name.span));
         }
     }
 
-    /// The part's indices as an expression reads them.
+    /// The part's indices as expressions.
     fn indices(&self, span: Span) -> impl Iterator<Item = Expr> {
         let counters = self.several.counters.iter();
         counters.map(move |c| Expr { span, kind: ExprKind::Name(c.index.text.clone()) })
@@ -321,7 +318,7 @@ impl Spreading<'_> {
         Item { span, doc: Vec::new(), kind: ItemKind::For { counters, items } }
     }
 
-    /// An expression with indices behind the names of what differs.
+    /// An expression with indices added to the varying names.
     fn expr(&self, mut expr: Expr) -> Expr {
         self.index_names(&mut expr);
         expr
@@ -342,7 +339,7 @@ impl Spreading<'_> {
         }
     }
 
-    /// Functions and tables are the same for all.
+    /// Checks that functions and tables do not vary.
     fn verify_shared(&mut self, name: &Name, kind: &ItemKind) {
         let (what, values) = match kind {
             ItemKind::Function { lets, body, .. } => {
@@ -357,8 +354,9 @@ impl Spreading<'_> {
         }
         if let Some(differs) = read.intersection(self.each).next() {
             let part = &self.part.text;
-            let own = &name.text;
-            let message = format!("{what} `{own}` reads `{differs}`, which differs among `{part}`");
+            let name_text = &name.text;
+            let message =
+                format!("{what} `{name_text}` reads `{differs}`, which differs among `{part}`");
             self.mistakes.push(
                 Diagnostic::new(Code::E232, self.part.span, message)
                     .label(name.span, "one for all of them")

@@ -1,10 +1,10 @@
-//! Items of parts in their places.
+//! Expanded items of parts.
 
 use super::*;
 use crate::syntax::print::print;
 use crate::tank::{Run, TANK};
 
-/// The first file, which can import the others.
+/// Loads files; the first can import the others.
 fn loaded(files: &[(&str, &str)]) -> Vec<Ast> {
     Run::new(files).asts
 }

@@ -1,8 +1,8 @@
-//! Values of a part that are not numbers but tied to what the whole knows only later.
+//! Values of a part that are tied to quantities that are not constant.
 //!
-//! An argument made of numbers and constants is a value like any other: it can be set and fitted. One that
-//! reads a parameter or anything else that is not known before a run ties the two: what it was given
-//! to becomes a `let`, and so do constants that are computed from it.
+//! An argument of numbers and constants is a value like any other: it can be set and fitted. One that reads a parameter
+//! or anything else that is not constant ties the two: the constant or parameter that it sets becomes a `let`, and so
+//! do constants computed from it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ use super::instance::plain;
 use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name};
 use crate::syntax::visit;
 
-/// Something that has a value by its own text, and what that text reads.
+/// A name with a value in the text, and the names that this value reads.
 struct Value {
     kind: Kind,
     reads: BTreeSet<String>,
@@ -25,7 +25,7 @@ enum Kind {
     Definition,
 }
 
-/// Makes `let`s of constants and parameters whose arguments read what is not known before a run.
+/// Turns constants and parameters whose arguments are not constant into `let`s.
 pub(super) fn tie(whole: &mut ExpandedModel) {
     if whole.set.is_empty() {
         return;
@@ -44,8 +44,8 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
             ItemKind::Let { name, value, .. } => (name, Kind::Definition, vec![value], Vec::new()),
             ItemKind::Function { name, arguments, lets, body } => {
                 let of_lets = lets.iter().map(|local| &local.value);
-                let all = of_lets.chain([body]).collect();
-                (name, Kind::Definition, all, visit::locals(arguments, lets))
+                let expressions = of_lets.chain([body]).collect();
+                (name, Kind::Definition, expressions, visit::locals(arguments, lets))
             }
             ItemKind::Table { name, points, .. } => {
                 (name, Kind::Definition, points.expressions(), Vec::new())
@@ -77,7 +77,7 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
         for argument in hidden {
             reads.remove(&argument.name.text);
         }
-        // Of several declarations in a variant's choices each counts.
+        // All declarations in a variant's choices count.
         let entry = values.entry(name.text.clone());
         entry.or_insert(Value { kind, reads: BTreeSet::new() }).reads.extend(reads);
     });
@@ -95,7 +95,7 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
     visit::items_mut(&mut whole.items, &mut |item| make_let(item, &tied));
 }
 
-/// All that reads one of these names, directly or through others that `passes` lets pass.
+/// All values that read one of these names, directly or through values accepted by `passes`.
 fn reached(
     values: &BTreeMap<String, Value>,
     mut pending: Vec<String>,
@@ -107,13 +107,13 @@ fn reached(
             users.entry(read).or_default().push(name);
         }
     }
-    let mut all = BTreeSet::new();
+    let mut names = BTreeSet::new();
     while let Some(name) = pending.pop() {
         pending.extend(users.get(name.as_str()).into_iter().flatten().map(|&u| u.to_owned()));
         users.remove(name.as_str());
-        all.insert(name);
+        names.insert(name);
     }
-    all
+    names
 }
 
 fn make_let(item: &mut Item, tied: &BTreeSet<String>) {

@@ -1,6 +1,5 @@
-//! Inputs that the chosen variants do not read: of parts, where no one binds them, and of the model,
-//! where other choices read them. They are left out, and with them the values that only they would
-//! need. What is read and not bound is a mistake.
+//! Removes inputs that the chosen variants do not read: unbound ones of parts, and those of the model that only other
+//! choices read. Values that need them are removed, too. Reading an unbound input is an error.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,14 +10,14 @@ use crate::source::Span;
 use crate::syntax::ast::{ArrayKind, Ast, Item, ItemKind, Name};
 use crate::syntax::visit::{self, Part, Role};
 
-/// Whether a model has inputs of parts that no one binds, in any of its variants.
+/// Whether a model has unbound inputs of parts in any of its variants.
 pub(crate) fn has_unbound(main: &Ast) -> bool {
     let mut any = false;
     visit::items(&main.items, &mut |item| any |= is_of_part(item, main));
     any
 }
 
-/// An input that stands in another file than the model is one of a part.
+/// Whether an item is an input of a part: its file differs from that of the model.
 fn is_of_part(item: &Item, main: &Ast) -> bool {
     input_name(item).is_some_and(|name| name.span.source != main.source)
 }
@@ -33,12 +32,11 @@ fn input_name(item: &Item) -> Option<&Name> {
     }
 }
 
-/// Leaves out of the chosen items of a model the inputs of its parts, and what nothing reads and
-/// could not be worked out without them.
+/// Removes from the chosen items of a model the unbound inputs of its parts, and unread values that depend on them.
 ///
 /// # Errors
 ///
-/// [`Reported`] where one that is not bound is read (E220).
+/// [`Reported`] if an unbound input is read (E220).
 pub(crate) fn leave_out_unbound(
     items: &mut Vec<&Item>,
     main: &Ast,
@@ -53,7 +51,7 @@ pub(crate) fn leave_out_unbound(
     let inputs = items.iter().filter(of_part).filter_map(|item| input_name(item));
     let inputs = inputs.filter(|name| !bound.contains(name.text.as_str()));
     let unbound: BTreeMap<&str, &Name> = inputs.map(|name| (name.text.as_str(), name)).collect();
-    // The whole's own lines are sound whether anything reads them or not.
+    // The whole's own lines must be valid whether or not they are read.
     let reads = Dependencies::of(items, |name| name.contains('.'));
     let read: Vec<&Name> =
         unbound.values().copied().filter(|name| reads.needed.contains(&name.text)).collect();
@@ -67,9 +65,8 @@ pub(crate) fn leave_out_unbound(
     Ok(())
 }
 
-/// Leaves out of the chosen items the inputs that other choices of variants read and these do not: no
-/// data need to have them. Where it is known which columns there are, those that these do not read and
-/// that have none.
+/// Removes from the chosen items the inputs that only other choices of variants read, which need no data. If the data
+/// columns are known, removes the unread inputs without a column.
 pub(crate) fn leave_out_unread_inputs(
     items: &mut Vec<&Item>,
     main: &Ast,
@@ -98,19 +95,19 @@ pub(crate) fn leave_out_unread_inputs(
         unread.retain(|name| !columns.iter().any(|column| is_of(column, name)));
         return reads.leave_out(unread, items);
     }
-    let mut all: Vec<&Item> = Vec::new();
+    let mut chosen: Vec<&Item> = Vec::new();
     visit::items(&main.items, &mut |item| {
         if !has_choices(item) {
-            all.push(item);
+            chosen.push(item);
         }
     });
-    // One that nothing reads anywhere is there to be shown.
-    let anywhere = Dependencies::of(&all, |_| true).needed;
+    // An input that no choice reads is kept for display.
+    let anywhere = Dependencies::of(&chosen, |_| true).needed;
     unread.retain(|name| anywhere.contains(name));
     reads.leave_out(unread, items);
 }
 
-/// What an item that binds an input calls it.
+/// The value that binds an input.
 fn values_of(item: &Item) -> Vec<&str> {
     match &item.kind {
         ItemKind::Let { name, .. } | ItemKind::Array { declared: ArrayKind::Unknown, name, .. } => {
@@ -121,16 +118,16 @@ fn values_of(item: &Item) -> Vec<&str> {
     }
 }
 
-/// Which names read which.
+/// Dependencies between names.
 struct Dependencies {
-    /// Of `let`s and functions: the names in their text.
+    /// For `let`s and functions: the names in their text.
     values: BTreeMap<String, BTreeSet<String>>,
-    /// The names that all else reads, directly or through these.
+    /// The names read by other items, directly or through these.
     needed: BTreeSet<String>,
 }
 
 impl Dependencies {
-    /// `is_value` says of which `let`s and functions it matters whether something reads them.
+    /// `is_value` selects the `let`s and functions that only count if they are read.
     fn of(items: &[&Item], is_value: impl Fn(&str) -> bool) -> Dependencies {
         let mut values: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         let mut others = BTreeSet::new();
@@ -164,7 +161,7 @@ impl Dependencies {
         Dependencies { values, needed }
     }
 
-    /// Leaves out these inputs and the values that need one of them.
+    /// Removes these inputs and the values that depend on them.
     fn leave_out(&self, inputs: BTreeSet<String>, items: &mut Vec<&Item>) {
         let lost = self.users(inputs);
         items.retain(|item| match &item.kind {
@@ -177,24 +174,24 @@ impl Dependencies {
         });
     }
 
-    /// These names and all values that need one of them.
+    /// These names and all values that depend on them.
     fn users(&self, mut names: BTreeSet<String>) -> BTreeSet<String> {
         loop {
             let users = self.values.iter().filter(|(_, reads)| !reads.is_disjoint(&names));
-            let found: Vec<String> = users
+            let added: Vec<String> = users
                 .map(|(name, _)| name)
                 .filter(|name| !names.contains(*name))
                 .cloned()
                 .collect();
-            if found.is_empty() {
+            if added.is_empty() {
                 return names;
             }
-            names.extend(found);
+            names.extend(added);
         }
     }
 }
 
-/// Inputs of one part together, in the order of their names.
+/// Inputs grouped by part, ordered by name.
 fn by_part<'a>(names: &[&'a Name]) -> Vec<Vec<&'a Name>> {
     let mut parts: BTreeMap<&str, Vec<&Name>> = BTreeMap::new();
     for name in names {
@@ -207,7 +204,7 @@ fn part_of(input: &Name) -> &str {
     input.text.rsplit_once('.').map_or("", |(part, _)| part)
 }
 
-/// Inputs of one part that are read and not bound.
+/// The error for unbound inputs of one part that are read.
 fn not_bound(inputs: &[&Name], items: &[Item], parts: &[InnerModel]) -> Diagnostic {
     let first = inputs[0];
     let names: Vec<&str> = inputs.iter().map(|name| name.text.as_str()).collect();
@@ -223,14 +220,14 @@ fn not_bound(inputs: &[&Name], items: &[Item], parts: &[InnerModel]) -> Diagnost
         }
         None => "an input of the part's model".to_owned(),
     };
-    // As the file with the part would have to say it.
+    // The name in the file that contains the part.
     let around = part.rsplit_once('.').map_or(0, |(around, _)| around.len() + 1);
     Diagnostic::new(Code::E220, place.unwrap_or(first.span), message)
         .label(first.span, what)
         .help(format!("say what it is: `{} = …`", &first.text[around..]))
 }
 
-/// The variant and the choice within which an input stands.
+/// The variant and the choice that contain an input.
 fn choice_with<'a>(items: &'a [Item], input: &str) -> Option<(&'a str, &'a str)> {
     items.iter().find_map(|item| {
         let ItemKind::Variant { name, choices } = &item.kind else { return None };
@@ -238,8 +235,8 @@ fn choice_with<'a>(items: &'a [Item], input: &str) -> Option<(&'a str, &'a str)>
             let is_there = choice.items.iter().any(
                 |item| matches!(&item.kind, ItemKind::Input { name, .. } if name.text == input),
             );
-            let own = is_there.then_some((name.text.as_str(), choice.name.text.as_str()));
-            own.or_else(|| choice_with(&choice.items, input))
+            let pair = is_there.then_some((name.text.as_str(), choice.name.text.as_str()));
+            pair.or_else(|| choice_with(&choice.items, input))
         })
     })
 }

@@ -1,4 +1,4 @@
-//! Names that a part's model reads and nobody declares: what the whole declares is not the part's.
+//! Undeclared names in a part's model: declarations of the whole do not extend to parts.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,8 +10,8 @@ use crate::source::{SourceId, Span};
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
 use crate::syntax::visit::{self, Namespace, Part, Role};
 
-/// Reports every name in the text of a file that stands neither among its items nor in a library that
-/// it sees, nor in the language. Items of parts are among those of a model.
+/// Reports every name in the text of a file that is declared neither by its items, nor by a library that it sees, nor
+/// by the language. Items of parts are among those of a model.
 pub(super) fn verify_names(
     items: &mut [Item],
     ast: &Ast,
@@ -40,12 +40,12 @@ pub(super) fn verify_names(
         }
         _ => {}
     });
-    // Outputs cannot be read either, but that has a message of its own.
+    // Outputs cannot be read either, but have their own message.
     let outputs: BTreeSet<String> = declared(items)
         .into_iter()
         .filter_map(|(namespace, name)| (namespace == Namespace::Output).then_some(name))
         .collect();
-    let mut found: Vec<(String, Span, bool)> = Vec::new();
+    let mut names: Vec<(String, Span, bool)> = Vec::new();
     for item in items.iter_mut() {
         visit::parts_mut(item, &mut |part| {
             let Part::Expr(place, expr) = part else { return };
@@ -58,10 +58,10 @@ pub(super) fn verify_names(
                 }
                 _ => Vec::new(),
             };
-            unknown(expr, ast.source, &known, &hidden, &mut found);
+            unknown(expr, ast.source, &known, &hidden, &mut names);
         });
     }
-    for (name, span, is_call) in found {
+    for (name, span, is_call) in names {
         let message = match (is_call, outputs.contains(&name)) {
             (true, _) => format!("there is no function `{name}`"),
             (false, true) => {
@@ -96,7 +96,7 @@ fn unknown(
     let is_built_in =
         |name: &str| matches!(name, "der" | "delay") || IntrinsicId::find(name).is_some();
     match &expr.kind {
-        // A function of the language without arguments has a message of its own, later.
+        // A function of the language without arguments gets its own message later.
         ExprKind::Name(name) if !is_known(name) && !is_built_in(name) => {
             found.push((name.clone(), expr.span, false));
         }

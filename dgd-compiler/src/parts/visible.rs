@@ -1,4 +1,4 @@
-//! Which models and libraries a file sees: what it imports, and what its libraries import.
+//! The models and libraries that a file sees: its imports, and those of its libraries.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +13,7 @@ pub(super) struct Files<'a> {
     position: BTreeMap<SourceId, usize>,
 }
 
-/// What a file sees.
+/// The libraries and models that a file sees.
 #[derive(Debug, Default)]
 pub(super) struct Visible<'a> {
     /// Libraries, nearest first.
@@ -32,18 +32,18 @@ impl<'a> Files<'a> {
         self.position.get(&source).map(|i| &self.asts[*i])
     }
 
-    /// What a file sees. Of two models with one name the first counts.
+    /// The libraries and models that a file sees. Of two models with one name the first is used.
     pub(super) fn visible(&self, of: &'a Ast, diagnostics: &mut Diagnostics) -> Visible<'a> {
         let mut visible = Visible::default();
         if let Some(header) = &of.model {
             visible.models.insert(&header.name.text, of);
         }
-        let mut seen = BTreeSet::from([of.source]);
+        let mut visited = BTreeSet::from([of.source]);
         let mut pending: Vec<&'a Ast> = vec![of];
         let mut next = 0;
         while let Some(file) = pending.get(next) {
             next += 1;
-            for source in file.imports.iter().filter(|source| seen.insert(**source)) {
+            for source in file.imports.iter().filter(|source| visited.insert(**source)) {
                 let Some(ast) = self.get(*source) else { continue };
                 match &ast.model {
                     Some(header) => {
@@ -66,8 +66,8 @@ impl<'a> Files<'a> {
         visible
     }
 
-    /// The names of libraries that only parts see. They are named after the file, so that their names
-    /// do not clash with those of the whole. Those that the model sees have no name.
+    /// The names of libraries that only parts see. They are derived from the file names, so that they do not clash with
+    /// names of the whole. Libraries that the model sees have no name.
     pub(super) fn library_names(
         &self,
         of_model: &[&Ast],
@@ -87,8 +87,8 @@ impl<'a> Files<'a> {
                 }
                 let stem = stem(path);
                 let numbered = (2..).map(|n| format!("{stem}_{n}"));
-                let mut all = std::iter::once(stem.clone()).chain(numbered);
-                let free = all.find(|name| !taken.contains(name));
+                let mut candidates = std::iter::once(stem.clone()).chain(numbered);
+                let free = candidates.find(|name| !taken.contains(name));
                 let name = free.unwrap_or_else(|| unreachable!("numbers do not end"));
                 taken.insert(name.clone());
                 names.insert(*source, name);
@@ -98,7 +98,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The name of a file without folder and ending, as a name of the language.
+/// The name of a file without folder and extension, as a name of the language.
 fn stem(path: &str) -> String {
     let file = path.rsplit('/').next().unwrap_or(path);
     let stem = file.split('.').next().unwrap_or(file);

@@ -1,13 +1,13 @@
-//! Sums that the equations conserve, so that solvers keep them.
+//! Finds sums that the equations conserve, so that solvers preserve them.
 //!
-//! Each row is written as a sum of monomials, products of powers of what is no sum. A combination of rows in which
-//! every monomial cancels is zero wherever it is evaluated, in all modes and for all inputs:
+//! Each row is written as a sum of monomials, products of powers of expressions that are not sums. A combination of
+//! rows in which every monomial cancels is zero at every point, in all modes and for all inputs:
 //!
 //! ```text
 //!   Σ cₖ ẏₖ = 0,   cₖ numbers
 //! ```
 //!
-//! What cancels only for certain values of parameters, or by identities of functions, is not seen.
+//! Cancellation only for certain values of parameters, or by identities of functions, is not detected.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,11 +16,11 @@ use dgd_signature::Conserved;
 use crate::dae::{Dae, Family};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// Larger systems are not looked at: solvers keep sums where their matrices are full.
+/// Larger systems are skipped: solvers preserve sums only if their matrices are dense.
 const MOST_UNKNOWNS: usize = 32;
 /// A product of sums with more terms than this is not multiplied out.
 const MOST_TERMS: usize = 64;
-/// Coefficients below this fraction of those that they come from have cancelled.
+/// Coefficients below this fraction of their terms have cancelled.
 const ROUNDING: f64 = 1e-12;
 
 /// Powers of expressions, ascending.
@@ -28,14 +28,14 @@ type Monomial = Vec<(ExprId, i32)>;
 /// Coefficients of monomials.
 type Sum = BTreeMap<Monomial, f64>;
 
-/// A combination of rows: what is left of it, and the rows that it is made of.
+/// A combination of rows: its remaining terms, and the rows in it.
 #[derive(Clone)]
 struct Combination {
     rest: Sum,
     of: BTreeMap<usize, f64>,
 }
 
-/// Combinations of at least two unknowns, each with a share of one in an unknown that no other has.
+/// Combinations of at least two unknowns, each with a weight of one for an unknown that occurs in no other.
 pub(super) fn conserved(dae: &Dae) -> Vec<Conserved> {
     let n = dae.unknowns.len() + dae.families.iter().map(|f| f.count as usize).sum::<usize>();
     if !(2..=MOST_UNKNOWNS).contains(&n) {
@@ -44,41 +44,41 @@ pub(super) fn conserved(dae: &Dae) -> Vec<Conserved> {
     let mut graph = dae.graph.clone();
     let mut known = BTreeMap::new();
     let mut reduced: Vec<(Monomial, Combination)> = Vec::new();
-    let mut found: Vec<BTreeMap<usize, f64>> = Vec::new();
+    let mut sums: Vec<BTreeMap<usize, f64>> = Vec::new();
     for (unknown, row) in rows(dae, &mut graph) {
         let rest = sum_of(&graph, row, &mut known);
-        let mut own = Combination { rest, of: BTreeMap::from([(unknown, 1.0)]) };
+        let mut combination = Combination { rest, of: BTreeMap::from([(unknown, 1.0)]) };
         for (pivot, other) in &reduced {
-            if let Some(share) = own.rest.get(pivot).copied() {
-                own.subtract(other, share / other.rest[pivot]);
-                own.rest.remove(pivot);
+            if let Some(share) = combination.rest.get(pivot).copied() {
+                combination.subtract(other, share / other.rest[pivot]);
+                combination.rest.remove(pivot);
             }
         }
-        let largest = own.rest.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let largest = combination.rest.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         match largest.map(|(monomial, _)| monomial.clone()) {
-            Some(pivot) => reduced.push((pivot, own)),
-            None => found.push(own.of),
+            Some(pivot) => reduced.push((pivot, combination)),
+            None => sums.push(combination.of),
         }
     }
-    // Each keeps an unknown for itself.
-    for k in 0..found.len() {
-        let Some((name, share)) = largest(&found[k]) else { continue };
-        found[k].values_mut().for_each(|c| *c /= share);
-        let own = found[k].clone();
-        for (other, combination) in found.iter_mut().enumerate() {
+    // Each keeps an unknown that occurs in no other.
+    for k in 0..sums.len() {
+        let Some((name, share)) = largest(&sums[k]) else { continue };
+        sums[k].values_mut().for_each(|c| *c /= share);
+        let reduced = sums[k].clone();
+        for (other, combination) in sums.iter_mut().enumerate() {
             if other != k
                 && let Some(share) = combination.get(&name).copied()
             {
-                add(combination, &own, -share);
+                add(combination, &reduced, -share);
                 combination.remove(&name);
             }
         }
     }
-    found.retain(|combination| combination.len() > 1);
-    found.into_iter().map(|terms| Conserved { terms: terms.into_iter().collect() }).collect()
+    sums.retain(|combination| combination.len() > 1);
+    sums.into_iter().map(|terms| Conserved { terms: terms.into_iter().collect() }).collect()
 }
 
-/// The share of largest size, the first of equals.
+/// The weight of largest magnitude, the first of ties.
 fn largest(combination: &BTreeMap<usize, f64>) -> Option<(usize, f64)> {
     let by_size =
         |a: &(&usize, &f64), b: &(&usize, &f64)| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(a.0));
@@ -93,7 +93,7 @@ impl Combination {
     }
 }
 
-/// Adds a multiple; what cancels to rounding goes.
+/// Adds a multiple, and removes terms that cancel to rounding error.
 fn add<K: Ord + Clone>(to: &mut BTreeMap<K, f64>, other: &BTreeMap<K, f64>, times: f64) {
     for (key, value) in other {
         let term = value * times;
@@ -136,7 +136,7 @@ fn row_of(graph: &mut Graph, family: &Family, k: u32) -> ExprId {
     graph.substitute(family.rhs, |symbol| replaced.get(&symbol).copied())
 }
 
-/// An expression as a sum of monomials, with those of its parts that are `known`.
+/// An expression as a sum of monomials; `known` stores those of its subexpressions.
 fn sum_of(graph: &Graph, root: ExprId, known: &mut BTreeMap<ExprId, Sum>) -> Sum {
     for (id, node) in graph.listed([root]) {
         if known.contains_key(&id) {
@@ -173,7 +173,7 @@ fn added(a: &Sum, b: &Sum, times: f64) -> Sum {
     sum
 }
 
-/// The product, where it has few terms.
+/// The product, if it has few terms.
 fn product(a: &Sum, b: &Sum) -> Option<Sum> {
     if a.len() * b.len() > MOST_TERMS {
         return None;

@@ -64,7 +64,7 @@ pub(super) fn output_arrays(dae: &Dae) -> Vec<OutputArray> {
     dae.output_arrays.iter().map(array).collect()
 }
 
-/// What the model can have.
+/// Features that the model may use.
 pub(super) fn features(dae: &Dae, signature: &Signature) -> Features {
     Features {
         events: !dae.automata.is_empty() || !dae.time_conditions.is_empty(),
@@ -83,7 +83,7 @@ fn by_mode(dae: &Dae, unknown: &dae::Unknown) -> bool {
     dae.graph.value(unknown.mass).is_none()
 }
 
-/// What the model's text says beyond the signature.
+/// Parts of the model's text that are not in the signature.
 pub(super) fn source(dae: &Dae) -> ProgramSource {
     let declared = |declared: &Declared| described(&declared.doc, &declared.unit);
     let row = |unknown: &dae::Unknown| Row { by_mode: by_mode(dae, unknown), span: unknown.span };

@@ -1,11 +1,11 @@
-//! The choice of directions: which sensitivities a program has.
+//! Chooses the directions of a program's sensitivities.
 
 use super::Direction;
 use crate::dae::{Dae, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::syntax::ast::Name;
 
-/// What a program has sensitivities to.
+/// Directions of the sensitivities of a program.
 #[derive(Debug, Clone, Default)]
 pub enum Directions {
     /// None: only states and outputs.
@@ -15,18 +15,18 @@ pub enum Directions {
     All,
     /// These parameters, and the start values of these states.
     Named(Vec<Name>),
-    /// What a fit estimates.
+    /// The directions that a fit estimates.
     Estimated {
-        /// These parameters; all that are not `fixed` where no parameter is named. Start values of
-        /// these states, beside those that are not `fixed`.
+        /// These parameters; if no parameter is named, all that are not `fixed`. Start values of these states, in
+        /// addition to those that are not `fixed`.
         free: Vec<Name>,
         /// None of these, parameters and states.
         fixed: Vec<Name>,
     },
-    /// What a filter tracks: parameters as in a fit, and all unknowns that are states in some mode, those
-    /// that are `fixed` too.
+    /// The directions that a filter tracks: parameters as in a fit, and all unknowns that are states in some mode, even
+    /// `fixed` ones.
     Tracked {
-        /// These parameters; all that are not `fixed` where no parameter is named.
+        /// These parameters; if no parameter is named, all that are not `fixed`.
         free: Vec<Name>,
         /// None of these parameters.
         fixed: Vec<Name>,
@@ -37,7 +37,7 @@ pub enum Directions {
 ///
 /// # Errors
 ///
-/// [`Reported`] where a name is neither a parameter nor a state.
+/// [`Reported`] if a name is neither a parameter nor a state.
 pub fn choose(
     dae: &Dae,
     directions: &Directions,
@@ -48,10 +48,10 @@ pub fn choose(
         Directions::All => (0..dae.parameters.len()).map(Direction::Parameter).collect(),
         Directions::Named(names) => named(dae, names, diagnostics),
         Directions::Estimated { free, fixed } => {
-            let found = named(dae, free, diagnostics);
+            let directions = named(dae, free, diagnostics);
             let fixed = named(dae, fixed, diagnostics);
             refuse_starts(dae, free, diagnostics);
-            estimated(dae, &found, &fixed)
+            estimated(dae, &directions, &fixed)
         }
         Directions::Tracked { free, fixed } => {
             let free = named(dae, free, diagnostics);
@@ -63,8 +63,8 @@ pub fn choose(
     Ok(chosen)
 }
 
-/// Where a model starts at rest, or as start equations say, follows from its parameters, and is nothing to
-/// estimate.
+/// Refuses to estimate start values of a model that starts at rest or by start equations: they follow from its
+/// parameters.
 fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
     for name in free {
         let states = dae.positions(&name.text);
@@ -96,14 +96,14 @@ fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
     }
 }
 
-/// What a fit estimates: parameters and start values, but none of `fixed`.
+/// The directions that a fit estimates: parameters and start values, except those in `fixed`.
 fn estimated(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Direction> {
     let states = dae.unknowns.iter().enumerate().filter(|(_, x)| x.differential);
     let starts = states
         .map(|(i, state)| (Direction::Start(i), state.fixed))
         .filter(|(start, is_fixed)| !is_fixed || free.contains(start))
         .map(|(start, _)| start);
-    // Elements of arrays are estimated where they are asked for.
+    // Elements of arrays are estimated on request only.
     let elements = free
         .iter()
         .filter(|of| matches!(of, Direction::Start(i) if *i >= dae.unknowns.len()))
@@ -112,10 +112,10 @@ fn estimated(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Directio
     free_parameters(dae, free).chain(starts).filter(|of| !fixed.contains(of)).collect()
 }
 
-/// What a filter tracks: parameters but none of `fixed`, and every state.
+/// The directions that a filter tracks: parameters except those in `fixed`, and every state.
 fn tracked(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Direction> {
     let parameters = free_parameters(dae, free).filter(|of| !fixed.contains(of));
-    // A filter also carries what is differential in other modes than it starts in.
+    // A filter also carries unknowns that are differential only in modes other than the initial one.
     let is_state = |x: &Unknown| x.differential || dae.graph.value(x.mass) != Some(0.0);
     let states = dae.unknowns.iter().enumerate().filter(|(_, x)| is_state(x)).map(|(i, _)| i);
     let families = dae.families.iter().filter(|family| family.differential);
@@ -123,13 +123,13 @@ fn tracked(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Direction>
     parameters.chain(states.chain(elements).map(Direction::Start)).collect()
 }
 
-/// The parameters among `free`; all that are not `fixed` where there is none among them.
+/// The parameters among `free`; if there are none, all that are not `fixed`.
 fn free_parameters(dae: &Dae, free: &[Direction]) -> impl Iterator<Item = Direction> {
-    let asked = free.iter().any(|of| matches!(of, Direction::Parameter(_)));
+    let is_named = free.iter().any(|of| matches!(of, Direction::Parameter(_)));
     let parameters = dae.parameters.iter().enumerate();
     parameters
         .map(|(i, parameter)| (Direction::Parameter(i), parameter.fixed))
-        .filter(move |(of, is_fixed)| if asked { free.contains(of) } else { !is_fixed })
+        .filter(move |(of, is_fixed)| if is_named { free.contains(of) } else { !is_fixed })
         .map(|(of, _)| of)
 }
 
@@ -141,23 +141,23 @@ fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direct
             let rest = own.strip_prefix(name);
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
         };
-        let all = dae.parameters.iter().enumerate();
-        let all = all.filter(|(_, parameter)| is_it(&parameter.declared.name));
-        all.map(|(i, _)| Direction::Parameter(i)).collect()
+        let numbered = dae.parameters.iter().enumerate();
+        let matching = numbered.filter(|(_, parameter)| is_it(&parameter.declared.name));
+        matching.map(|(i, _)| Direction::Parameter(i)).collect()
     };
     let mut chosen: Vec<Direction> = Vec::with_capacity(names.len());
     for Name { text, span } in names {
-        let mut found = parameters(text);
-        if found.is_empty() {
+        let mut directions = parameters(text);
+        if directions.is_empty() {
             let states = dae.positions(text).into_iter().filter(|i| dae.is_differential(*i));
-            found.extend(states.map(Direction::Start));
+            directions.extend(states.map(Direction::Start));
         }
-        if found.is_empty() {
+        if directions.is_empty() {
             let message = format!("there is no parameter and no state `{text}`");
             let help = what_there_is(dae, text);
             diagnostics.error(Diagnostic::new(Code::E201, *span, message).help(help));
         }
-        for direction in found {
+        for direction in directions {
             if !chosen.contains(&direction) {
                 chosen.push(direction);
             }
@@ -166,7 +166,7 @@ fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direct
     chosen
 }
 
-/// What could have been meant by a name that nothing has.
+/// Help for an unknown name.
 fn what_there_is(dae: &Dae, text: &str) -> String {
     let parameters = dae.parameters.iter().map(|p| p.declared.name.as_str());
     let states = dae.unknowns.iter().filter(|x| x.differential).map(|x| x.name.as_str());

@@ -1,4 +1,4 @@
-//! What functions are made from: expressions of a system, which become operations, and the numbers that results are.
+//! The sources of functions: expressions of a system, which become operations, and the numbers of results.
 
 use dgd_signature::PastLayout;
 
@@ -11,18 +11,18 @@ use crate::expr::{ExprId, Graph, Node, Past, Symbol};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Number {
     pub(super) value: ExprId,
-    /// Its place, or that of the first row.
+    /// Its position, or that of the first row.
     pub(super) place: usize,
-    /// Number of rows; none where it is a single number.
+    /// Number of rows; `None` for a single number.
     pub(super) rows: Option<u32>,
-    /// Which family it is of, or which array behind the families; none where it is of neither.
+    /// Its family, or its array, counted after the families; `None` for a single row.
     pub(super) family: Option<usize>,
 }
 
-/// A number, and the position of the result that it belongs to.
+/// A number, and the position of its result.
 pub(super) type Given = (usize, Number);
 
-/// The expressions that functions are made from.
+/// The expressions of a system as the source of functions.
 #[derive(Clone, Copy)]
 pub(super) struct Expressions<'a> {
     pub(super) graph: &'a Graph,
@@ -40,7 +40,7 @@ impl Expressions<'_> {
         self.operation(node, |_| unreachable!("a symbol has no operands"))
     }
 
-    /// The operation of a node on values, which are asked for in the order of its operands.
+    /// The operation of a node; values are requested in the order of its operands.
     pub(super) fn operation(
         &self,
         node: Node,

@@ -1,4 +1,4 @@
-//! A function of the program as data, for solvers that enclose it.
+//! A function of the program as data, for solvers that compute bounds of it.
 
 use dgd_signature::{Formulas, Operation as Data};
 
@@ -9,7 +9,7 @@ use crate::expr::graph::Comparison;
 ///
 /// # Panics
 ///
-/// If it is computed in loops, as event functions never are.
+/// If it contains loops, which event functions never do.
 pub(super) fn formulas(function: &Function) -> Formulas {
     assert!(function.loops.is_empty(), "event functions are written out");
     let (values, places) = (&function.results[0], &function.places[0]);
@@ -22,7 +22,7 @@ pub(super) fn formulas(function: &Function) -> Formulas {
 }
 
 fn data(operation: Operation) -> Data {
-    let of = |value: ValueId| value.0;
+    let position = |value: ValueId| value.0;
     match operation {
         Operation::Constant(value) => Data::Constant(value),
         Operation::Time => Data::Time,
@@ -30,22 +30,24 @@ fn data(operation: Operation) -> Data {
         Operation::Load(Argument::U, i) => Data::Input(i),
         Operation::Load(Argument::P, i) => Data::Parameter(i),
         Operation::Load(Argument::Z, i) => Data::Discrete(i),
-        Operation::Negate(a) => Data::Negate(of(a)),
-        Operation::Add(a, b) => Data::Add(of(a), of(b)),
-        Operation::Subtract(a, b) => Data::Subtract(of(a), of(b)),
-        Operation::Multiply(a, b) => Data::Multiply(of(a), of(b)),
-        Operation::Divide(a, b) => Data::Divide(of(a), of(b)),
-        Operation::Call1(f, a) => Data::Call(f.get().name, of(a)),
-        Operation::Call2(f, a, b) => Data::Call2(f.get().name, of(a), of(b)),
-        Operation::Curve(curve, a) => Data::Curve(&curve.get().curve, of(a)),
-        Operation::Compare(Comparison::Greater, a, b) => Data::Above(of(a), of(b)),
-        Operation::Compare(Comparison::GreaterEqual, a, b) => Data::NotBelow(of(a), of(b)),
-        Operation::Compare(Comparison::Less, a, b) => Data::Above(of(b), of(a)),
-        Operation::Compare(Comparison::LessEqual, a, b) => Data::NotBelow(of(b), of(a)),
-        Operation::And(a, b) => Data::And(of(a), of(b)),
-        Operation::Or(a, b) => Data::Or(of(a), of(b)),
-        Operation::Not(a) => Data::Not(of(a)),
-        Operation::Select(c, a, b) => Data::Select(of(c), of(a), of(b)),
+        Operation::Negate(a) => Data::Negate(position(a)),
+        Operation::Add(a, b) => Data::Add(position(a), position(b)),
+        Operation::Subtract(a, b) => Data::Subtract(position(a), position(b)),
+        Operation::Multiply(a, b) => Data::Multiply(position(a), position(b)),
+        Operation::Divide(a, b) => Data::Divide(position(a), position(b)),
+        Operation::Call1(f, a) => Data::Call(f.get().name, position(a)),
+        Operation::Call2(f, a, b) => Data::Call2(f.get().name, position(a), position(b)),
+        Operation::Curve(curve, a) => Data::Curve(&curve.get().curve, position(a)),
+        Operation::Compare(Comparison::Greater, a, b) => Data::Above(position(a), position(b)),
+        Operation::Compare(Comparison::GreaterEqual, a, b) => {
+            Data::NotBelow(position(a), position(b))
+        }
+        Operation::Compare(Comparison::Less, a, b) => Data::Above(position(b), position(a)),
+        Operation::Compare(Comparison::LessEqual, a, b) => Data::NotBelow(position(b), position(a)),
+        Operation::And(a, b) => Data::And(position(a), position(b)),
+        Operation::Or(a, b) => Data::Or(position(a), position(b)),
+        Operation::Not(a) => Data::Not(position(a)),
+        Operation::Select(c, a, b) => Data::Select(position(c), position(a), position(b)),
         Operation::Load(Argument::Udot | Argument::S, _)
         | Operation::LoadSwept(..)
         | Operation::LoadRound(..)

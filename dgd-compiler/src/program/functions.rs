@@ -1,4 +1,4 @@
-//! THE table of what a program can compute: names, arguments and results of each function.
+//! The table of all functions of a program: names, arguments and results.
 
 /// Which function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -27,9 +27,9 @@ pub enum FunctionKind {
     Start,
     /// ∂y₀/∂θ.
     StartSensitivities,
-    /// r, what start equations leave.
+    /// r, the residuals of start equations.
     StartEquations,
-    /// dr/dθ and ∂r/∂y of them.
+    /// dr/dθ and ∂r/∂y of start equations.
     StartEquationSensitivities,
     /// τ.
     Delays,
@@ -37,7 +37,7 @@ pub enum FunctionKind {
     DelaySensitivities,
     /// Diagonal of M by the modes.
     Mass,
-    /// When conditions on time switch, and to what.
+    /// Switching times of conditions on time, and their values afterwards.
     ConditionTimes,
     /// ∂/∂θ of those times.
     ConditionTimeSensitivities,
@@ -49,13 +49,13 @@ pub enum FunctionKind {
     Resets,
     /// ∂r/∂θ, ∂r/∂y, ∂r/∂t + ∂r/∂u u̇.
     ResetDerivatives,
-    /// What entering modes does: kinds, what constraints leave, and the matrix of jumps.
+    /// Jumps on entering modes: kinds, residuals of constraints, and the matrix of jumps.
     Jumps,
-    /// Derivatives of what constraints leave and of that matrix, along directions and along t.
+    /// Derivatives of the residuals and of the matrix, along directions and along t.
     JumpSensitivities,
-    /// What delayed unknowns were before the start, with two derivatives to t.
+    /// Histories of delayed unknowns before the start, with two derivatives with respect to t.
     Histories,
-    /// ∂/∂θ of that, and its slope.
+    /// ∂/∂θ of the histories and of their slopes.
     HistorySensitivities,
     /// τ of the delays that vary.
     VaryingDelays,
@@ -153,19 +153,19 @@ pub enum ResultKind {
     ResetSlopes,
     /// Kinds of jumps as numbers, one for each single unknown.
     JumpKinds,
-    /// What constraints leave, one for each single unknown.
+    /// Residuals of constraints, one for each single unknown.
     JumpRests,
     /// Non-zeros of the matrix of jumps and impulses.
     JumpJacobian,
-    /// ∂/∂y S + ∂/∂θ of what constraints leave, by columns.
+    /// ∂/∂y S + ∂/∂θ of the residuals of constraints, by columns.
     JumpRestSensitivities,
-    /// ∂/∂t + ∂/∂u u̇ of it.
+    /// ∂/∂t + ∂/∂u u̇ of these residuals.
     JumpRestSlopes,
     /// ∂/∂y S + ∂/∂θ of the non-zeros, by columns.
     JumpJacobianSensitivities,
     /// ∂/∂t + ∂/∂u u̇ of them.
     JumpJacobianSlopes,
-    /// φ, what each delayed unknown was before the start; 0 where the model does not say.
+    /// φ, the history of each delayed unknown before the start; 0 without a declared one.
     History,
     /// dφ/dt.
     HistoryRate,
@@ -188,9 +188,9 @@ pub enum ResultKind {
 /// A row of [`FUNCTIONS`].
 #[derive(Debug)]
 pub struct FunctionSpec {
-    /// Which function.
+    /// Its kind.
     pub kind: FunctionKind,
-    /// The method of `System` that it becomes.
+    /// Its method of `System`.
     pub name: &'static str,
     /// Arrays it takes in addition to t, y, u, p, z, in the order of the method's arguments.
     pub extra: &'static [Argument],
@@ -290,7 +290,7 @@ pub static FUNCTIONS: &[FunctionSpec] = {
     ]
 };
 
-/// The matrices with rows of arrays that are given by their non-zeros, in the order of the signature.
+/// The sparse matrices with rows of arrays, in the order of the signature.
 pub const RUNS: [ResultKind; 7] = [
     ResultKind::Jacobian,
     ResultKind::Dgdy,

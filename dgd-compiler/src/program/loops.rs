@@ -1,5 +1,5 @@
-//! Functions put into execution order: what is the same for all rows first, then a loop for the
-//! families of each length, and one for those that are rounds of another.
+//! Orders functions for execution: first the values common to all rows, then a loop for the families of each length,
+//! and one for the families that are rounds of another.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -20,16 +20,16 @@ pub(super) fn schedule(
     results: &[Vec<Number>],
 ) -> Function {
     let graph = expressions.graph;
-    let all = graph.reachable(results.iter().flatten().map(|number| number.value));
-    let moving = moving(graph, &all);
+    let reachable = graph.reachable(results.iter().flatten().map(|number| number.value));
+    let moving = moving(graph, &reachable);
     let numbers =
-        || results.iter().enumerate().flat_map(|(r, all)| all.iter().map(move |n| (r, *n)));
+        || results.iter().enumerate().flat_map(|(r, result)| result.iter().map(move |n| (r, *n)));
 
     let rounds = Rounds::find(&expressions, &moving, kinds, numbers());
     let is_no_round =
         |(_, number): &Given| number.family.is_none_or(|f| !rounds.families.contains(&f));
     let order = if rounds.families.is_empty() {
-        all
+        reachable
     } else {
         let values = numbers().filter(is_no_round).map(|(_, number)| number.value);
         graph.reachable(values.chain(rounds.common()))
@@ -86,7 +86,7 @@ pub(super) fn schedule(
     }
 }
 
-/// Those expressions that differ from row to row.
+/// The expressions that differ from row to row.
 fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
     let mut moving = HashSet::default();
     for &id in order {
@@ -110,39 +110,39 @@ fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
     moving
 }
 
-/// What loops are made from.
+/// Context for building loops.
 struct Loops<'a> {
     expressions: Expressions<'a>,
     /// Expressions that differ from row to row.
     moving: &'a HashSet<ExprId>,
-    /// Values that are the same for all rows.
+    /// Values common to all rows.
     common: &'a HashMap<ExprId, ValueId>,
     /// Number of the first value of a loop.
     begin: usize,
 }
 
 impl Loops<'_> {
-    /// The loop over all families of one length; each number belongs to the result of this position.
+    /// The loop over all families of one length; each number comes with the position of its result.
     fn looped(&self, count: u32, numbers: &[Given]) -> Loop {
         let Loops { expressions, moving, common, begin } = *self;
         let order = expressions.graph.reachable(numbers.iter().map(|(_, number)| number.value));
         let mut body = Vec::new();
-        let mut own: HashMap<ExprId, ValueId> = HashMap::default();
+        let mut numbered: HashMap<ExprId, ValueId> = HashMap::default();
         for id in order.into_iter().filter(|id| moving.contains(id)) {
             let value = |operand: ExprId| {
-                own.get(&operand).or_else(|| common.get(&operand)).copied().unwrap_or_else(|| {
-                    unreachable!("operands come first, and what does not move is in the body")
-                })
+                numbered.get(&operand).or_else(|| common.get(&operand)).copied().unwrap_or_else(
+                    || unreachable!("operands come first, and what does not move is in the body"),
+                )
             };
             let operation = expressions.operation(expressions.node(id), value);
             let value = append(&mut body, begin, operation);
-            own.insert(id, value);
+            numbered.insert(id, value);
         }
         let stores = numbers.iter().map(|(result, number)| Store {
             result: *result,
             first: number.place,
             by_round: 0,
-            value: own.get(&number.value).copied().unwrap_or_else(|| common[&number.value]),
+            value: numbered.get(&number.value).copied().unwrap_or_else(|| common[&number.value]),
         });
         Loop { rounds: 1, head: Vec::new(), count, stores: stores.collect(), body }
     }
@@ -150,15 +150,15 @@ impl Loops<'_> {
     /// The loop of rows that are rounds.
     fn in_rounds(&self, rounds: &InRounds) -> Loop {
         let Loops { expressions, common, begin, .. } = *self;
-        let mut own: HashMap<Strand, ValueId> = HashMap::default();
+        let mut numbered: HashMap<Strand, ValueId> = HashMap::default();
         let mut operations = Vec::with_capacity(rounds.head.len() + rounds.body.len());
-        let value_of = |own: &HashMap<Strand, ValueId>, strand: &Strand| {
-            own.get(strand).or_else(|| common.get(&strand[0])).copied().unwrap_or_else(|| {
+        let value_of = |numbered: &HashMap<Strand, ValueId>, strand: &Strand| {
+            numbered.get(strand).or_else(|| common.get(&strand[0])).copied().unwrap_or_else(|| {
                 unreachable!("operands come first, and what is the same for all is in the body")
             })
         };
-        // `position` is where among listed numbers a round or passage has its own.
-        let operation = |own: &HashMap<Strand, ValueId>, strand: &Strand, position| {
+        // `position` selects the number of a round or passage among listed numbers.
+        let operation = |numbered: &HashMap<Strand, ValueId>, strand: &Strand, position| {
             if let Some((curve, position)) = rounds.listed.get(strand).copied().zip(position) {
                 return Operation::Curve(curve, position);
             }
@@ -169,7 +169,10 @@ impl Loops<'_> {
             let mut operands = expressions.operands(strand);
             let mut next = || {
                 let operand = operands.next();
-                value_of(own, &operand.unwrap_or_else(|| unreachable!("rounds are of one form")))
+                value_of(
+                    numbered,
+                    &operand.unwrap_or_else(|| unreachable!("rounds are of one form")),
+                )
             };
             expressions.operation(node, |_| next())
         };
@@ -183,8 +186,8 @@ impl Loops<'_> {
             append(&mut operations, begin, Operation::Multiply(round, count))
         });
         for strand in &rounds.head {
-            let operation = operation(&own, strand, round);
-            own.insert(Rc::clone(strand), append(&mut operations, begin, operation));
+            let operation = operation(&numbered, strand, round);
+            numbered.insert(Rc::clone(strand), append(&mut operations, begin, operation));
         }
         let head = operations.len();
         let position = passed.map(|passed| {
@@ -192,14 +195,14 @@ impl Loops<'_> {
             append(&mut operations, begin, Operation::Add(passed, counter))
         });
         for strand in &rounds.body {
-            let operation = operation(&own, strand, position);
-            own.insert(Rc::clone(strand), append(&mut operations, begin, operation));
+            let operation = operation(&numbered, strand, position);
+            numbered.insert(Rc::clone(strand), append(&mut operations, begin, operation));
         }
         let stores = rounds.numbers.iter().map(|((result, number), next, values)| Store {
             result: *result,
             first: number.place,
             by_round: next.cast_signed() - number.place.cast_signed(),
-            value: value_of(&own, values),
+            value: value_of(&numbered, values),
         });
         let stores = stores.collect();
         let body = operations.split_off(head);

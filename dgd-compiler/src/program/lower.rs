@@ -1,4 +1,4 @@
-//! Dae → Program: derivatives are taken, patterns found, expressions put in execution order.
+//! Dae → Program: takes derivatives, finds sparsity patterns, puts expressions in execution order.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::expr::graph::Comparison;
 use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprId, Graph, Node, Past, Symbol};
 
-/// Makes a program of a system, with sensitivities to these directions.
+/// Makes a program of a system, with sensitivities in these directions.
 ///
 /// # Panics
 ///
@@ -64,17 +64,17 @@ pub(super) struct Derivation<'a> {
     pub(super) directions: &'a [Direction],
     past: PastLayout,
     pub(super) graph: Graph,
-    /// Of expressions that `let`s name.
+    /// The model's names of expressions, from `let`s.
     pub(super) names: BTreeMap<ExprId, String>,
     /// w of the single outputs, then of the arrays.
     w: Vec<ExprId>,
     /// Results made so far.
     results: BTreeMap<ResultKind, Vec<ExprId>>,
-    /// Where those that are given by their non-zeros have them.
+    /// Patterns of the sparse results.
     patterns: BTreeMap<ResultKind, Pattern>,
 }
 
-/// Where an expression of a list belongs: a single row, or the first of a family with its length.
+/// The rows of an expression in a list: a single row, or the first of a family with its length.
 type RowRange = (usize, Option<u32>);
 
 impl<'a> Derivation<'a> {
@@ -98,8 +98,8 @@ impl<'a> Derivation<'a> {
         }
     }
 
-    /// The roots with a/b as a (1/b) where no unknown reaches b, and no counter of a loop: 1/b does not
-    /// wait for the unknowns, and what waits for them multiplies.
+    /// The roots with a/b replaced by a (1/b) if b depends neither on unknowns nor on the counter of a loop: 1/b is
+    /// then computed before the unknowns are available, and only a product remains.
     fn by_reciprocals(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
         let mut moving = HashSet::default();
         let mut built: HashMap<ExprId, ExprId> = HashMap::default();
@@ -123,7 +123,7 @@ impl<'a> Derivation<'a> {
         roots.iter().map(|root| built[root]).collect()
     }
 
-    /// f, and the non-zeros of ∂f/∂y and ∂f/∂θ with their places.
+    /// f, and the non-zeros of ∂f/∂y and ∂f/∂θ with their positions.
     pub(super) fn for_taylor(&mut self) -> Derivatives {
         let f = self.f();
         let values = self.result(ResultKind::Jacobian);
@@ -160,13 +160,13 @@ impl<'a> Derivation<'a> {
         self.dae.unknowns.iter().map(|unknown| unknown.rhs).chain(families).collect()
     }
 
-    /// Where the expressions of [`Derivation::f`] belong.
+    /// The rows of the expressions of [`Derivation::f`].
     fn rows_of_f(&self) -> Vec<RowRange> {
         let families = self.dae.families.iter().map(|family| (family.first, family.count));
         rows(self.dae.unknowns.len(), families)
     }
 
-    /// The numbers of a result with their places.
+    /// The numbers of a result with their positions.
     fn numbers(&mut self, result: ResultKind) -> Vec<Number> {
         let values = self.result(result);
         let values = self.by_reciprocals(&values);
@@ -195,7 +195,7 @@ impl<'a> Derivation<'a> {
         }
         let n_families = self.dae.families.len();
         let n_single = self.dae.unknowns.len();
-        // Which of the rows behind the single ones are families, or arrays, which are counted behind these.
+        // The rows after the single ones that are families, or arrays, which are counted after these.
         let (rows, stride, behind) = match result {
             ResultKind::F
             | ResultKind::Dfdt
@@ -221,7 +221,7 @@ impl<'a> Derivation<'a> {
         values.into_iter().enumerate().map(in_row).collect()
     }
 
-    /// The family that has a row.
+    /// The family that contains a row.
     fn family_of(&self, row: usize) -> Option<usize> {
         let families = &self.dae.families;
         let position = families.partition_point(|family| family.first <= row).checked_sub(1)?;
@@ -232,7 +232,7 @@ impl<'a> Derivation<'a> {
         self.w.clone()
     }
 
-    /// Where the expressions of `w` belong.
+    /// The rows of the expressions of `w`.
     fn rows_of_w(&self) -> Vec<RowRange> {
         let counts = self.dae.output_arrays.iter().map(|array| array.count);
         rows(self.dae.outputs.len(), self.dae.first_of_output_arrays().zip(counts))
@@ -244,29 +244,29 @@ impl<'a> Derivation<'a> {
         self.dae.outputs.len() + arrays.sum::<usize>()
     }
 
-    /// φ of each delayed unknown, zero where the model gives none.
+    /// φ of each delayed unknown, zero without a declared one.
     fn histories(&mut self) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
         let dae = self.dae;
-        let of = |late: &dae::DelayedUnknown| {
+        let past = |late: &dae::DelayedUnknown| {
             let (history, row) = dae.history(dae::position(late.unknown))?;
             Some(dae::row_of(&mut self.graph, history, row))
         };
-        let all: Vec<Option<ExprId>> = dae.delayed_unknowns.iter().map(of).collect();
-        all.into_iter().map(|history| history.unwrap_or(zero)).collect()
+        let histories: Vec<Option<ExprId>> = dae.delayed_unknowns.iter().map(past).collect();
+        histories.into_iter().map(|history| history.unwrap_or(zero)).collect()
     }
 
-    /// r of the start equations.
+    /// r, the residuals of the start equations.
     fn start_rests(&self) -> Vec<ExprId> {
         self.dae.start_equations.iter().map(|equation| equation.rest).collect()
     }
 
-    /// e, transition by transition.
+    /// e of each transition.
     fn events(&self) -> Vec<ExprId> {
         self.transitions().map(|transition| transition.event).collect()
     }
 
-    /// r, transition by transition.
+    /// r of each transition.
     fn resets(&self) -> Vec<ExprId> {
         self.transitions().flat_map(|t| t.resets.iter().map(|(_, value)| *value)).collect()
     }
@@ -286,7 +286,7 @@ impl<'a> Derivation<'a> {
         self.dae.automata.iter().flat_map(|automaton| &automaton.transitions)
     }
 
-    /// The numbers of a result, which several functions may give.
+    /// The numbers of a result, which several functions may share.
     fn result(&mut self, result: ResultKind) -> Vec<ExprId> {
         if let Some(numbers) = self.results.get(&result) {
             return numbers.clone();
@@ -324,8 +324,8 @@ impl<'a> Derivation<'a> {
                 let n = start.len();
                 let mut matrix = self.along_directions(&start);
                 for (j, direction) in directions.iter().enumerate() {
-                    // An element shares its expression with the others of its array: what it adds is known to
-                    // whoever runs the program.
+                    // An element shares its expression with the others of its array; the caller adds its own
+                    // contribution.
                     if let Direction::Start(i) = *direction
                         && i < self.dae.unknowns.len()
                     {
@@ -424,7 +424,7 @@ impl<'a> Derivation<'a> {
         }
     }
 
-    /// ∂expressions/∂(what `wanted` numbers): the non-zeros by columns.
+    /// ∂expressions/∂(symbols numbered by `wanted`): the non-zeros by columns.
     fn sparse(
         &mut self,
         kind: ResultKind,
@@ -443,7 +443,7 @@ impl<'a> Derivation<'a> {
         self.non_zeros(kind, rows, &places)
     }
 
-    /// The same as [`Self::sparse`] where all that is read late, an input, is fixed.
+    /// Like [`Self::sparse`], with all delayed values and inputs fixed.
     fn partials(
         &mut self,
         kind: ResultKind,
@@ -455,7 +455,7 @@ impl<'a> Derivation<'a> {
         self.non_zeros(kind, rows, &places)
     }
 
-    /// Where the rows of a matrix of so many expressions belong.
+    /// The rows of a matrix of `n` expressions.
     fn places_of(&self, kind: ResultKind, n: usize) -> Vec<RowRange> {
         match kind {
             ResultKind::Jacobian | ResultKind::ParameterJacobian | ResultKind::InputJacobian => {
@@ -466,7 +466,7 @@ impl<'a> Derivation<'a> {
         }
     }
 
-    /// ∂expressions/∂t where all that is read late is fixed.
+    /// ∂expressions/∂t with all delayed values fixed.
     fn by_time(&mut self, expressions: &[ExprId]) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
         let slope =
@@ -484,8 +484,8 @@ impl<'a> Derivation<'a> {
         }
     }
 
-    /// The non-zeros of a matrix given by rows of (column, value): those of single rows by columns,
-    /// then those of families; notes its pattern.
+    /// The non-zeros of a matrix given by rows of (column, value): those of single rows by columns, then those of
+    /// families; records its pattern.
     fn non_zeros(
         &mut self,
         kind: ResultKind,
@@ -514,19 +514,19 @@ impl<'a> Derivation<'a> {
 
     /// Derivatives D of g, for each row j n + i: D gᵢⱼ = Σₖ D(∂fᵢ/∂yₖ) Sₖⱼ + D(∂fᵢ/∂θⱼ).
     ///
-    /// Second derivatives of f are taken once and serve all directions.
+    /// Second derivatives of f are taken once for all directions.
     fn derivatives_of_g(
         &mut self,
         derive: impl Fn(&mut Self, ExprId) -> Vec<(usize, ExprId)>,
     ) -> Vec<Vec<(usize, ExprId)>> {
         let directions = self.directions;
-        let all = self.f();
-        let n = all.len();
+        let rhs = self.f();
+        let n = rhs.len();
         let mut rows = vec![Vec::new(); n * directions.len()];
         if directions.is_empty() {
             return rows;
         }
-        for (i, f) in all.into_iter().enumerate() {
+        for (i, f) in rhs.into_iter().enumerate() {
             let mut by_unknown = Vec::new();
             for (k, slope) in self.gradient(f, &unknown) {
                 by_unknown.push((k, derive(self, slope)));
@@ -579,7 +579,7 @@ impl<'a> Derivation<'a> {
         })
     }
 
-    /// ∂expressions/∂(what `wanted` numbers): dense by columns.
+    /// ∂expressions/∂(symbols numbered by `wanted`): dense by columns.
     fn dense(
         &mut self,
         expressions: &[ExprId],
@@ -631,18 +631,18 @@ impl<'a> Derivation<'a> {
         matrix
     }
 
-    /// ∂e/∂θ at fixed unknowns, where it is not zero, directions ascending.
+    /// The nonzero ∂e/∂θ at fixed unknowns, directions ascending.
     ///
     /// A delayed input v(t) = u(t − τ) depends on θ through its delay: ∂v/∂θ = −v̇ ∂τ/∂θ.
     fn by_direction(&mut self, expression: ExprId) -> Vec<(usize, ExprId)> {
         let directions = self.directions;
-        let own = self.own_directions(expression);
+        let direct = self.own_directions(expression);
         let nothing_is_late =
             self.dae.delayed_inputs.is_empty() && self.dae.delayed_unknowns.is_empty();
         if nothing_is_late || directions.is_empty() {
-            return own;
+            return direct;
         }
-        let mut sums: BTreeMap<usize, ExprId> = own.into_iter().collect();
+        let mut sums: BTreeMap<usize, ExprId> = direct.into_iter().collect();
         self.add_past_sensitivities(expression, &mut sums);
         let declared = self.dae.inputs.len();
         let n_late = self.dae.delayed_inputs.len();
@@ -661,8 +661,8 @@ impl<'a> Derivation<'a> {
         sums.into_iter().collect()
     }
 
-    /// ∂e/∂θ where nothing is late, directions ascending. In a family, a parameter that moves with the row
-    /// is θ in one of the rows.
+    /// ∂e/∂θ without delays, directions ascending. In a family, a parameter that moves with the row is θ in one of the
+    /// rows.
     fn own_directions(&mut self, expression: ExprId) -> Vec<(usize, ExprId)> {
         let directions = self.directions;
         let swept: Vec<(u32, u32)> = (self.graph.symbols(expression).into_iter())
@@ -673,17 +673,17 @@ impl<'a> Derivation<'a> {
             .collect();
         let single = direction(directions);
         let n = directions.len();
-        let found = self.gradient(expression, &|symbol| match symbol {
+        let slopes = self.gradient(expression, &|symbol| match symbol {
             Symbol::SweptParameter(first, count) => {
                 swept.iter().position(|other| *other == (first, count)).map(|at| n + at)
             }
             other => single(other),
         });
         if swept.is_empty() {
-            return found;
+            return slopes;
         }
         let mut sums = BTreeMap::new();
-        for (position, slope) in found {
+        for (position, slope) in slopes {
             let Some(at) = position.checked_sub(n) else {
                 self.accumulate(&mut sums, position, slope);
                 continue;
@@ -701,7 +701,7 @@ impl<'a> Derivation<'a> {
         sums.into_iter().collect()
     }
 
-    /// A number in one row of a family, and zero in the others.
+    /// A number in one row of a family, zero in the others.
     fn in_row(&mut self, row: u32, value: ExprId) -> ExprId {
         let graph = &mut self.graph;
         let counter = graph.symbol(Symbol::Counter);
@@ -713,8 +713,7 @@ impl<'a> Derivation<'a> {
         graph.select(is_it, value, zero)
     }
 
-    /// v̇ of a delayed input, which is an input too: it is constant between the points at which
-    /// inputs are not smooth.
+    /// v̇ of a delayed input, itself an input: it is constant between the points at which inputs are not smooth.
     fn rate_symbol(&mut self, position: usize) -> ExprId {
         let index = self.dae.inputs.len() + self.dae.delayed_inputs.len() + position;
         self.graph.symbol(Symbol::Input(u32::try_from(index).unwrap_or(u32::MAX)))
@@ -731,7 +730,7 @@ impl<'a> Derivation<'a> {
     /// de/dt at fixed unknowns: ∂e/∂t + ∂e/∂u u̇.
     fn along_time(&mut self, expression: ExprId) -> ExprId {
         let with_slopes = self.dae.inputs.len() + self.dae.delayed_inputs.len();
-        // Time first, then inputs; what is late may depend on time though the expression does not show it.
+        // Time first, then inputs; delayed values may depend on time without showing it.
         let moving = |symbol| match symbol {
             Symbol::Time => Some(0),
             Symbol::Input(i) if (i as usize) < with_slopes => Some(2 * i as usize + 1),
@@ -765,7 +764,7 @@ impl<'a> Derivation<'a> {
     }
 }
 
-/// Places of single rows, then of families given by their first row and their length.
+/// Rows of single unknowns, then of families given by their first row and their length.
 fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowRange> {
     let single = (0..single).map(|i| (i, None));
     single.chain(behind.map(|(first, count)| (first, (count > 1).then_some(count)))).collect()
@@ -774,8 +773,8 @@ fn rows(single: usize, behind: impl Iterator<Item = (usize, u32)>) -> Vec<RowRan
 /// Marks the position of an unknown that moves with the row of a family.
 const MOVING: usize = 1 << (usize::BITS - 1);
 
-/// Whether a node is a number that changes from stage to stage or from row to row: unknowns, their
-/// sensitivities, what was known of them, and the counter of a loop.
+/// Whether a node changes from stage to stage or from row to row: unknowns, their sensitivities, their past values, and
+/// the counter of a loop.
 fn is_moving(node: Node) -> bool {
     use Symbol::{
         Counter, Past, Sensitivity, Swept, SweptInput, SweptInputSlope, SweptParameter,

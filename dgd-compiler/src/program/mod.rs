@@ -28,29 +28,29 @@ pub use functions::{Argument, FUNCTIONS, FunctionKind, FunctionSpec, RUNS, Resul
 pub use lower::lower;
 pub use taylor::{Entry, Factor, NoTaylor, Recurrence, Series, Taylor, Term};
 
-/// What `lower` promises:
+/// `lower` guarantees that
 ///
 /// - every function is a list of operations in execution order, each on earlier values,
-/// - the patterns hold every place that can be non-zero and no other,
-/// - nothing is left to decide: a back end that performs the operations as IEEE 754 double
-///   precision, without contraction, gives the same bits as any other.
+/// - the patterns contain exactly the positions that can be non-zero,
+/// - results are deterministic: a back end that performs the operations in IEEE 754 double precision, without
+///   contraction, gives the same bits as any other.
 #[derive(Debug, Clone)]
 pub struct Program {
-    /// Names, sizes, units, defaults and sparsity, as solvers see them.
+    /// Names, sizes, units, defaults and sparsity, for solvers.
     pub signature: Signature,
-    /// Outputs for each element of an array, which are the last of the signature's.
+    /// Outputs for each element of an array, the last in the signature.
     pub output_arrays: Vec<OutputArray>,
-    /// What the model never has, so that a solver need not look for it.
+    /// Features that the model does not use, so that solvers can skip them.
     pub features: Features,
-    /// What its text says beyond that.
+    /// Further parts of its text.
     pub source: ProgramSource,
     /// One function for each row of [`FUNCTIONS`], in its order.
     pub functions: Vec<Function>,
-    /// Taylor series of the solutions, or why there are none.
+    /// Taylor series of the solutions, or the reason why there are none.
     pub taylor: Result<Taylor, NoTaylor>,
 }
 
-/// What a model's text says of itself and no solver needs, in the order of the signature's lists.
+/// Parts of a model's text that no solver needs, in the order of the signature's lists.
 #[derive(Debug, Clone)]
 pub struct ProgramSource {
     /// The model's doc comment.
@@ -61,7 +61,7 @@ pub struct ProgramSource {
     pub rows: Vec<Row>,
     /// Arrays of unknowns.
     pub arrays: Vec<Described>,
-    /// Where the equation of each family of rows stands.
+    /// Place of the equation of each family of rows.
     pub families: Vec<Span>,
     /// Parameters.
     pub parameters: Vec<Described>,
@@ -78,53 +78,53 @@ pub struct ProgramSource {
 pub struct Described {
     /// Doc comment.
     pub doc: Vec<String>,
-    /// What it measures.
+    /// Its dimension.
     pub dimension: Dimension,
 }
 
 /// The row of an unknown.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
-    /// Whether some modes have it as ẏ = f and others as 0 = f.
+    /// Whether it is ẏ = f in some modes and 0 = f in others.
     pub by_mode: bool,
-    /// Where the equation stands.
+    /// Place of the equation.
     pub span: Span,
 }
 
 /// A function of the program.
 #[derive(Debug, Clone)]
 pub struct Function {
-    /// Which one.
+    /// Its kind.
     pub kind: FunctionKind,
     /// Operations in order; value k is the result of operation k.
     pub body: Vec<Operation>,
-    /// Names that the model gives to values, in ascending order of the value.
+    /// The model's names of values, in ascending order of the value.
     pub names: Vec<(ValueId, String)>,
-    /// For each result of the function, its numbers.
+    /// For each result of the function, its values.
     pub results: Vec<Vec<ValueId>>,
-    /// For each result, where its numbers go; without places one after the other from the first.
+    /// For each result, the positions of its values; `None` if they are consecutive from the first.
     pub places: Vec<Option<Vec<usize>>>,
     /// Length of each result.
     pub lengths: Vec<usize>,
-    /// What is computed once for each row of a family, after the body.
+    /// Computations for each row of a family, after the body.
     pub loops: Vec<Loop>,
 }
 
 /// Operations for each r from 0 to `rounds` − 1, and in each of these for each k from 0 to `count` − 1.
 ///
-/// Elements that follow each other are passages of one round. A loop over several indices goes on in rounds, and so does one whose
-/// elements do not follow each other.
+/// Consecutive elements are passages of one round. A loop over several indices has several rounds, and so does one
+/// whose elements are not consecutive.
 #[derive(Debug, Clone)]
 pub struct Loop {
     /// Number of rounds.
     pub rounds: u32,
-    /// Operations of a round, in order; values go on counting after those of the function's body.
+    /// Operations of a round, in order; values are numbered after those of the function's body.
     pub head: Vec<Operation>,
     /// Number of passages in each round.
     pub count: u32,
-    /// Operations of a passage, in order; values go on counting after those of the head.
+    /// Operations of a passage, in order; values are numbered after those of the head.
     pub body: Vec<Operation>,
-    /// What goes where.
+    /// Values to store, with their positions.
     pub stores: Vec<Store>,
 }
 
@@ -140,31 +140,31 @@ impl Loop {
         operands.chain(self.stores.iter().map(|store| store.value))
     }
 
-    /// Number of operations that are performed.
+    /// Number of operations executed.
     pub fn performed(&self) -> usize {
         self.rounds as usize * (self.head.len() + self.count as usize * self.body.len())
     }
 }
 
-/// A place that moves with the rounds of a loop.
+/// A position that moves with the rounds of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
-    /// Where it is in the first round.
+    /// Position in the first round.
     pub first: u32,
-    /// How far it moves from a round to the next.
+    /// Increment from one round to the next.
     pub by_round: i32,
 }
 
-/// A number of a result in each passage of a loop.
+/// A value stored in a result in each passage of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Store {
-    /// Which result of the function.
+    /// Position of the result in the function.
     pub result: usize,
-    /// Its place in the first passage of the first round; in the next passage it is the next.
+    /// Position in the first passage of the first round; it increases by one with each passage.
     pub first: usize,
-    /// How far that moves from a round to the next.
+    /// Increment from one round to the next.
     pub by_round: isize,
-    /// The number.
+    /// The value.
     pub value: ValueId,
 }
 
@@ -188,10 +188,10 @@ pub enum Operation {
     Time,
     /// One number of an argument.
     Load(Argument, u32),
-    /// In a loop, the number of an argument that is this one in the first passage of a round and the next in
-    /// the next.
+    /// In a loop, an argument's number that is at this position in the first passage of a round and moves by one with
+    /// each passage.
     LoadSwept(Argument, Place),
-    /// In a loop, the number of an argument that is this one in all passages of a round.
+    /// In a loop, an argument's number at the same position in all passages of a round.
     LoadRound(Argument, Place),
     /// In a loop, k.
     Counter,
@@ -213,7 +213,7 @@ pub enum Operation {
     Call2(IntrinsicId, ValueId, ValueId),
     /// The curve of a table at a.
     Curve(CurveId, ValueId),
-    /// Whether a < b and the like.
+    /// Whether a < b, or another comparison.
     Compare(Comparison, ValueId, ValueId),
     /// Both.
     And(ValueId, ValueId),
@@ -221,7 +221,7 @@ pub enum Operation {
     Or(ValueId, ValueId),
     /// Not.
     Not(ValueId),
-    /// The second where the first is true, otherwise the third.
+    /// The second if the first is true, otherwise the third.
     Select(ValueId, ValueId, ValueId),
 }
 
@@ -275,7 +275,7 @@ impl Program {
         &self.signature.outputs[..single]
     }
 
-    /// Where a matrix that is given by its non-zeros has them; `None` for other results.
+    /// The pattern of a sparse matrix; `None` for other results.
     pub fn pattern(&self, kind: ResultKind) -> Option<&Pattern> {
         let signature = &self.signature;
         let [dwdy, dwdu, dwdp] = &signature.output_jacobians;
@@ -296,8 +296,8 @@ impl Program {
         }
     }
 
-    /// Whether it has functions of a kind: without modes, conditions on time or delays, those about
-    /// them would compute nothing.
+    /// Whether it has functions of a kind: without modes, conditions on time or delays, the corresponding functions
+    /// would be empty.
     pub fn computes(&self, kind: FunctionKind) -> bool {
         match kind {
             FunctionKind::Mass
@@ -340,7 +340,7 @@ impl Program {
 
     /// The function of a kind.
     pub fn function(&self, kind: FunctionKind) -> &Function {
-        // Kinds, table and list have one order.
+        // Kinds, table and list have the same order.
         &self.functions[kind as usize]
     }
 }

@@ -1,8 +1,8 @@
-//! Unknowns read late: what a program knows of them, and their derivatives.
+//! Delayed unknowns in a program, and their derivatives.
 //!
-//! x(t − τ) is read as `if held then value else present`: x is looked up at α = t − τ, or is what it
-//! is now where there is no delay. τ may depend on whatever is known at t. With x' = ẋ(α), x'' = ẍ(α),
-//! Xⱼ = ∂x/∂θⱼ and X'ⱼ its slope, both at α, all of them inputs,
+//! x(t − τ) is read as `if held then value else present`: x is looked up at α = t − τ, or is the current value without
+//! a delay. τ may depend on anything known at t. With x' = ẋ(α), x'' = ẍ(α), Xⱼ = ∂x/∂θⱼ and X'ⱼ its slope, both at α,
+//! all of them inputs,
 //!
 //! ```text
 //!   ∂value/∂w = x' ∂α/∂w            for w = t, y, u;  dvalue/dθⱼ = Xⱼ + x' ∂α/∂θⱼ
@@ -10,7 +10,7 @@
 //!   ∂present/∂y = 1,         ∂present/∂w = −ẋ ∂τ/∂w    with ẋ = f where x is differential, if τ = 0, else 0
 //! ```
 //!
-//! The last is what a delay that is zero does when it changes. Other delays read the present at the start only, before which
+//! The last is the effect of a change of a zero delay. Other delays read the present only at the start, before which
 //! nothing changes.
 
 use std::borrow::Cow;
@@ -23,8 +23,8 @@ use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Past, Symbol};
 
-/// Position in u of the first number of a kind; there is one for each delayed unknown, or, of
-/// sensitivities, for each direction and delayed unknown. `Present` is none of them.
+/// Position in u of the first number of a kind; there is one for each delayed unknown, or, for sensitivities, for each
+/// direction and delayed unknown. `Present` has none.
 pub(super) fn begin(layout: PastLayout, past: Past) -> usize {
     let numbers = match past {
         Past::Held => layout.held(),
@@ -38,7 +38,7 @@ pub(super) fn begin(layout: PastLayout, past: Past) -> usize {
     numbers.start
 }
 
-/// The system with its delayed unknowns opened.
+/// The system with its delayed unknowns written out in terms of past values.
 pub(super) fn opened(dae: &Dae) -> Cow<'_, Dae> {
     if dae.delayed_unknowns.is_empty() {
         return Cow::Borrowed(dae);
@@ -84,8 +84,8 @@ fn expressions(dae: &mut Dae) -> impl Iterator<Item = &mut ExprId> {
 }
 
 impl Derivation<'_> {
-    /// ∂root/∂(what `wanted` numbers) where it is not zero, positions ascending; what is read late is
-    /// read at another time where they move that.
+    /// The nonzero ∂root/∂(symbols numbered by `wanted`), positions ascending, including the effect of these symbols on
+    /// the times at which delayed values are read.
     pub(super) fn gradient(
         &mut self,
         root: ExprId,
@@ -122,7 +122,7 @@ impl Derivation<'_> {
         sums.into_iter().collect()
     }
 
-    /// The derivatives of one number about the past.
+    /// The derivatives of one past value.
     fn of_past(
         &mut self,
         kind: Past,
@@ -149,7 +149,7 @@ impl Derivation<'_> {
             }
             Past::Held | Past::Curvature | Past::SensitivityRate => return Vec::new(),
         };
-        // α = t − τ; the present is at t whatever t is.
+        // α = t − τ; the present value is at t whatever t is.
         if kind != Past::Present
             && let Some(place) = wanted(Symbol::Time)
         {
@@ -163,7 +163,7 @@ impl Derivation<'_> {
         sums.into_iter().collect()
     }
 
-    /// ẏᵢ where it is differential in every mode.
+    /// ẏᵢ if it is differential in every mode.
     fn rate(&mut self, i: usize) -> Option<ExprId> {
         let dae = self.dae;
         let Some((family, row)) = dae.family_of(i) else {
@@ -174,7 +174,7 @@ impl Derivation<'_> {
         family.differential.then(|| dae::row_of(&mut self.graph, rhs, row))
     }
 
-    /// Adds what past values, which depend on θ themselves, add to ∂root/∂θ: slope · Xⱼ.
+    /// Adds the contribution of past values, which depend on θ themselves, to ∂root/∂θ: slope · Xⱼ.
     pub(super) fn add_past_sensitivities(
         &mut self,
         root: ExprId,

@@ -1,9 +1,10 @@
-//! Rows of one equation that differ only in the places of what they read and give: rounds of a loop of a function.
+//! Finds rows of one equation that differ only in the positions of their operands and results, and so are rounds of a
+//! loop.
 //!
-//! The rows of an equation over several indices are families, one for each value of the outer ones; where its elements
-//! do not follow each other they are single rows. Two rows that follow each other are walked through side by side. Where
-//! the steps from each row to its next are the same, one expression is enough for all, whose places move by so much from
-//! round to round.
+//! The rows of an equation over several indices are families, one for each value of the outer ones; if its elements are
+//! not consecutive they are single rows. Two consecutive rows are traversed in parallel. If the steps from each row to
+//! the next are the same, one expression suffices for all, with positions that move by constant steps from round to
+//! round.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -16,10 +17,10 @@ use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::source::Span;
 
-/// The fewest rows that are rounds: of two it is not known that they go on alike.
+/// Minimum number of rows that form rounds: two do not show a pattern.
 const FEWEST: usize = 3;
 
-/// One expression of each row.
+/// One expression in each row.
 pub(super) type Strand = Rc<[ExprId]>;
 
 /// All rows of a function that are rounds.
@@ -30,35 +31,35 @@ pub(super) struct Rounds {
     pub(super) families: BTreeSet<usize>,
 }
 
-/// Rows that go on alike.
+/// Rows with a common pattern.
 #[derive(Debug, Default)]
 pub(super) struct InRounds {
     pub(super) rounds: u32,
     /// Number of passages in each.
     pub(super) count: u32,
-    /// What the first row gives, where that is in the next, and its value in each.
+    /// The results of the first row, their positions in the next row, and their values in each.
     pub(super) numbers: Vec<(Given, usize, Strand)>,
-    /// What is the same in all passages of a round, operands first.
+    /// Expressions common to all passages of a round, operands first.
     pub(super) head: Vec<Strand>,
-    /// What differs from passage to passage, operands first.
+    /// Expressions that differ from passage to passage, operands first.
     pub(super) body: Vec<Strand>,
-    /// Numbers in which rounds differ, as curves over all rounds, or over the passages of all.
+    /// Numbers in which rounds differ, as curves over all rounds, or over all passages.
     pub(super) listed: HashMap<Strand, CurveId>,
-    /// What they read that is the same in all rounds and passages.
+    /// Operands common to all rounds and passages.
     common: Vec<ExprId>,
 }
 
 impl Rounds {
-    /// Finds them among the numbers of a function; those of each of `kinds` belong together, as [`of_one_kind`] says.
+    /// Finds them among the numbers of a function; `kinds` are groups of related rows, from [`of_one_kind`].
     pub(super) fn find(
         expressions: &Expressions<'_>,
         moving: &HashSet<ExprId>,
         kinds: &[Vec<usize>],
         numbers: impl Iterator<Item = Given>,
     ) -> Rounds {
-        let mut found = Rounds::default();
+        let mut plan = Rounds::default();
         if kinds.is_empty() {
-            return found;
+            return plan;
         }
         let mut rows: BTreeMap<usize, Vec<Given>> = BTreeMap::new();
         for given in numbers {
@@ -74,42 +75,42 @@ impl Rounds {
                 let [first, next] = [0, 1].map(|k| &rows[&families[k]]);
                 let rounds = u32::try_from(families.len()).unwrap_or(u32::MAX);
                 let count = first.iter().find_map(|(_, number)| number.rows).unwrap_or(1);
-                let own = alike.entry((count, rounds)).or_default();
-                (own.rounds, own.count) = (rounds, count);
-                own.numbers.extend(first.iter().enumerate().map(|(k, given)| {
+                let strands = alike.entry((count, rounds)).or_default();
+                (strands.rounds, strands.count) = (rounds, count);
+                strands.numbers.extend(first.iter().enumerate().map(|(k, given)| {
                     let values = families.iter().map(|family| rows[family][k].1.value);
                     (*given, next[k].1.place, values.collect())
                 }));
-                found.families.extend(families);
+                plan.families.extend(families);
             }
         }
-        found.loops.extend(alike.into_values().map(|rounds| rounds.planned(expressions, moving)));
-        found
+        plan.loops.extend(alike.into_values().map(|rounds| rounds.planned(expressions, moving)));
+        plan
     }
 
-    /// What rounds read that is the same in all of them.
+    /// Operands common to all rounds.
     pub(super) fn common(&self) -> impl Iterator<Item = ExprId> {
         self.loops.iter().flat_map(|rounds| rounds.common.iter().copied())
     }
 }
 
 impl InRounds {
-    /// With its expressions in order.
+    /// Sorts its expressions.
     fn planned(mut self, expressions: &Expressions<'_>, moving: &HashSet<ExprId>) -> InRounds {
-        let mut all: BTreeSet<Strand> = BTreeSet::new();
+        let mut strands: BTreeSet<Strand> = BTreeSet::new();
         let mut pending: Vec<Strand> =
             self.numbers.iter().map(|(.., values)| values.clone()).collect();
         while let Some(strand) = pending.pop() {
             if is_one(&strand) && !moving.contains(&strand[0]) {
                 self.common.push(strand[0]);
-            } else if !all.contains(&strand) {
+            } else if !strands.contains(&strand) {
                 pending.extend(expressions.operands(&strand));
-                all.insert(strand);
+                strands.insert(strand);
             }
         }
         // Operands are earlier expressions of a row.
         let mut passing: HashSet<Strand> = HashSet::default();
-        for strand in all {
+        for strand in strands {
             let listed = expressions.listed(&strand, self.count);
             let moves = match expressions.node(strand[0]) {
                 Node::Symbol(_) => moving.contains(&strand[0]),
@@ -135,7 +136,7 @@ fn is_one(strand: &Strand) -> bool {
     strand.iter().all(|id| *id == strand[0])
 }
 
-/// Whether it is a number by itself, or one of each passage, which rounds look up where they differ in it.
+/// Whether it is a number, or one for each passage, which rounds look up if they differ in it.
 fn is_listed(graph: &Graph, node: Node) -> bool {
     match node {
         Node::Constant(_) => true,
@@ -144,8 +145,8 @@ fn is_listed(graph: &Graph, node: Node) -> bool {
     }
 }
 
-/// Rows that belong together, and may be rounds: the families of each equation, and then, counted on, what an array of several
-/// indices has for each value of the outer ones.
+/// Groups of rows that may form rounds: the families of each equation, and then, numbered after these, the rows of each
+/// array with several indices.
 pub(super) fn of_one_kind(dae: &Dae) -> Vec<Vec<usize>> {
     let mut kinds: BTreeMap<(Option<Span>, &str, u32), Vec<usize>> = BTreeMap::new();
     for (position, family) in dae.families.iter().enumerate() {
@@ -159,7 +160,7 @@ pub(super) fn of_one_kind(dae: &Dae) -> Vec<Vec<usize>> {
     kinds.into_values().filter(|rows| rows.len() >= FEWEST).collect()
 }
 
-/// Runs of rows among some that follow each other, the steps from each to its next being the same.
+/// Runs of consecutive rows with the same step from each to the next.
 fn runs<T: PartialEq>(rows: &[usize], step: impl Fn(usize, usize) -> Option<T>) -> Vec<Vec<usize>> {
     let steps: Vec<Option<T>> = rows.windows(2).map(|pair| step(pair[0], pair[1])).collect();
     let mut runs = Vec::new();
@@ -178,19 +179,19 @@ fn runs<T: PartialEq>(rows: &[usize], step: impl Fn(usize, usize) -> Option<T>) 
     runs
 }
 
-/// A step of a walk through two rows side by side.
+/// A step of a parallel traversal of two rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
-    /// Both have numbers here, the same or others, one or some for the passages.
+    /// Both are numbers, equal or different, one or one for each passage.
     Listed(bool),
-    /// The two operations were met before: which of all pairs.
+    /// The pair of operations was met before: its number.
     Met(usize),
-    /// The place of the second is so much further; of what has no place, both are the same.
+    /// Distance from the first position to the second; zero if equal and without a position.
     By(i64),
 }
 
 impl Expressions<'_> {
-    /// The operands of expressions of one form; none of what is listed in rounds.
+    /// The operands of expressions of one form; none for numbers listed in rounds.
     pub(super) fn operands(&self, strand: &Strand) -> impl Iterator<Item = Strand> + use<> {
         let node = self.node(strand[0]);
         let is_listed = is_listed(self.graph, node) && !is_one(strand);
@@ -200,7 +201,7 @@ impl Expressions<'_> {
         (0..n).map(move |k| operands.iter().map(|of_row| of_row[k]).collect())
     }
 
-    /// The steps from a row to its next; none where the two are of different form.
+    /// The steps from one row to the next; `None` if their forms differ.
     fn steps(&self, row: &[Given], next: &[Given]) -> Option<Vec<Step>> {
         if row.len() != next.len() {
             return None;
@@ -238,8 +239,8 @@ impl Expressions<'_> {
         Some(steps)
     }
 
-    /// The place of what two symbols read, and how far it moves from one to the other; none where they are of different
-    /// arrays, or differ and have no place.
+    /// The position that two symbols read, and its increment from one to the other; `None` if they read different
+    /// arrays, or differ and have no position.
     fn moved(&self, symbol: Node, of_next: Node) -> Option<Place> {
         let (first, next) = match (self.load(symbol), self.load(of_next)) {
             (Operation::Load(a, i), Operation::Load(b, j)) if a == b => (i, j),
@@ -253,7 +254,7 @@ impl Expressions<'_> {
         Some(Place { first, by_round })
     }
 
-    /// What a symbol is in rounds.
+    /// The operation of a symbol in rounds.
     pub(super) fn load_in_rounds(&self, strand: &Strand) -> Operation {
         let [symbol, of_next] = [0, 1].map(|k| self.node(strand[k]));
         match (self.load(symbol), self.moved(symbol, of_next)) {
@@ -265,8 +266,8 @@ impl Expressions<'_> {
         }
     }
 
-    /// The numbers in which rounds differ, one of each or those of its passages, as a curve over all; none where a strand
-    /// is something else.
+    /// The numbers in which rounds differ, one for each round or passage, as a curve over all; `None` if a strand is
+    /// not a number.
     fn listed(&self, strand: &Strand, count: u32) -> Option<CurveId> {
         let node = self.node(strand[0]);
         if is_one(strand) || !is_listed(self.graph, node) {

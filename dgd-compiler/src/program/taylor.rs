@@ -1,4 +1,4 @@
-//! Taylor series of solutions: how the coefficients of each order follow from those before.
+//! Taylor series of solutions: recurrences for the coefficients of each order from the previous ones.
 //!
 //! Along a solution that begins at (t₀, y₀), with τ = (t − t₀)/h,
 //!
@@ -7,11 +7,10 @@
 //!   S(t₀ + τh) = Σₖ Sₖ τᵏ,   S₍ₖ₊₁₎ = h gₖ/(k + 1),   gₖ = Σₘ (∂f/∂y)ₘ S₍ₖ₋ₘ₎ + (∂f/∂θ)ₖ
 //! ```
 //!
-//! Every expression of f has a series of its own. That of order 0 is its value; for the others there
-//! is a [`Recurrence`] for each operation. What depends on parameters, held inputs, slopes and discrete
-//! numbers only does not move: it has no coefficient but its value, and a product with it is a
-//! scale. Sums of sums and scales are one sum of terms, whose factors are computed at the beginning.
-//! Conditions are those of the beginning.
+//! Every expression of f has a series of its own. The coefficient of order 0 is its value; for higher orders there is a
+//! [`Recurrence`] for each operation. Expressions of parameters, held inputs, slopes and discrete numbers are constant:
+//! their only coefficient is their value, and a product with them is a scaling. Nested sums and scalings become one sum
+//! of terms, whose factors are computed at the beginning. Conditions are evaluated at the beginning.
 //!
 //! A function φ of the language is its own recurrence by its derivative, v = φ(x) and d = φ'(x):
 //!
@@ -19,8 +18,7 @@
 //!   v̇ = d ẋ   ⇒   vₖ = (1/k) Σⱼ j xⱼ d₍ₖ₋ⱼ₎,   j = 1 … k
 //! ```
 //!
-//! which reads d up to order k − 1 only, so that d may depend on v. Where there is a shorter one,
-//! [`OWN`] has it.
+//! which reads d only up to order k − 1, so d may depend on v. [`OWN`] has shorter recurrences.
 //!
 //! # Source
 //!
@@ -48,35 +46,33 @@ pub struct Taylor {
     pub sensitivities: Series,
 }
 
-/// Why a model has no Taylor series.
+/// The reason why a model has no Taylor series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoTaylor {
     /// Unknowns are algebraic, always or in some modes.
     Algebraic,
-    /// Unknowns are read late.
+    /// Unknowns are delayed.
     Delays,
-    /// Unknowns are arrays.
+    /// There are arrays of unknowns.
     Arrays,
-    /// Derivatives of a function in it lead to ever new ones.
+    /// The derivatives of a function in it never close.
     Functions,
 }
 
-/// Series of expressions that share operations.
+/// Series of expressions with common operations.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// Operations in order, for what is known at the beginning: the coefficients of order 0.
+    /// Operations in order for the coefficients of order 0.
     pub body: Vec<Operation>,
-    /// Names that the model gives to values, in ascending order of the value.
+    /// The model's names of values, in ascending order of the value.
     pub names: Vec<(ValueId, String)>,
-    /// For each value its coefficients of higher orders, operands first; none where it does not
-    /// move.
+    /// For each value its coefficients of higher orders, operands first; `None` for constants.
     pub recurrences: Vec<Option<Recurrence>>,
     /// Terms of sums.
     pub terms: Vec<Term>,
-    /// For each value the number under which its coefficients are kept, as recurrences read those of
-    /// earlier orders.
+    /// For each value the number under which its coefficients are stored, if recurrences read them at earlier orders.
     pub kept: Vec<Option<usize>>,
-    /// Whether a condition, or the sign of something, may change along a solution.
+    /// Whether a condition or a sign may change along a solution.
     pub has_branches: bool,
     /// Right-hand sides.
     pub f: Vec<ValueId>,
@@ -97,17 +93,16 @@ pub struct Entry {
     pub value: ValueId,
 }
 
-/// The coefficient of order k ≥ 1 of a value v, from those of its operands, all of which move except
-/// where it is said.
+/// The coefficient of order k ≥ 1 of a value v, from those of its operands, which vary unless stated otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Recurrence {
     /// t: h at order 1.
     Time,
-    /// An input that is a straight line: h u̇ at order 1.
+    /// A linear input: h u̇ at order 1.
     Input(u32),
     /// An unknown: yₖ.
     Unknown(u32),
-    /// Σ c aₖ over so many of the series' [`Series::terms`], from this one on.
+    /// Σ c aₖ over `count` of the series' [`Series::terms`], from this one on.
     Linear {
         /// Position of the first.
         first: usize,
@@ -116,11 +111,11 @@ pub enum Recurrence {
     },
     /// Σⱼ aⱼ b₍ₖ₋ⱼ₎
     Multiply(ValueId, ValueId),
-    /// The same for a = b.
+    /// The product with a = b.
     Square(ValueId),
-    /// The same for a straight line a: a₀ bₖ + a₁ b₍ₖ₋₁₎.
+    /// The product with a linear a: a₀ bₖ + a₁ b₍ₖ₋₁₎.
     MultiplyLine(ValueId, ValueId),
-    /// (aₖ − Σⱼ bⱼ v₍ₖ₋ⱼ₎)/b₀, j = 1 … k; without a numerator it does not move. The last is 1/b₀.
+    /// (aₖ − Σⱼ bⱼ v₍ₖ₋ⱼ₎)/b₀, j = 1 … k; `None` is a constant numerator. The last is 1/b₀.
     Divide(Option<ValueId>, ValueId, ValueId),
     /// Σⱼ j xⱼ d₍ₖ₋ⱼ₎/k, j = 1 … k, for v̇ = d ẋ.
     Chain(ValueId, ValueId),
@@ -128,16 +123,15 @@ pub enum Recurrence {
     Root(ValueId, ValueId),
     /// (aₖ − Σⱼ j vⱼ a₍ₖ₋ⱼ₎/k)/a₀, j = 1 … k − 1. The last is 1/a₀.
     Log(ValueId, ValueId),
-    /// Σⱼ (j (r + 1) − k) aⱼ v₍ₖ₋ⱼ₎/(k a₀), j = 1 … k; the exponent r, second, does not move. The last is
-    /// 1/a₀.
+    /// Σⱼ (j (r + 1) − k) aⱼ v₍ₖ₋ⱼ₎/(k a₀), j = 1 … k; the exponent r, second, is constant. The last is 1/a₀.
     Power(ValueId, ValueId, ValueId),
-    /// aₖ with the sign of the first coefficient that is not zero.
+    /// aₖ with the sign of the first nonzero coefficient.
     Magnitude(ValueId),
-    /// One or the other by a condition; where there is none it does not move.
+    /// One or the other by a condition; `None` is a constant.
     Select(ValueId, Option<ValueId>, Option<ValueId>),
 }
 
-/// A factor that does not move.
+/// A constant factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Factor {
     /// 1
@@ -148,10 +142,10 @@ pub enum Factor {
     Of(ValueId),
 }
 
-/// A factor and what it multiplies.
+/// A factor and its operand.
 pub type Term = (Factor, ValueId);
 
-/// Functions with a recurrence that is shorter than that by their derivative.
+/// Functions with a recurrence that is shorter than the one by their derivative.
 const OWN: &[(&str, OwnRecurrence)] = &[
     ("sqrt", OwnRecurrence::Root),
     ("log", OwnRecurrence::Log),
@@ -173,7 +167,7 @@ fn own_recurrence(function: IntrinsicId) -> Option<OwnRecurrence> {
 }
 
 impl Recurrence {
-    /// The values that move and that it reads, but for the terms of a sum.
+    /// The varying operands, except for the terms of a sum.
     fn operands(self) -> impl Iterator<Item = ValueId> {
         let [a, b] = match self {
             Recurrence::Time
@@ -194,7 +188,7 @@ impl Recurrence {
         [a, b].into_iter().flatten()
     }
 
-    /// The values that do not move and that it reads at every order, but for the factors of a sum.
+    /// The constant operands read at every order, except for the factors of a sum.
     pub fn constants(self) -> impl Iterator<Item = ValueId> {
         let [a, b] = match self {
             Recurrence::Divide(_, _, a)
@@ -217,7 +211,7 @@ impl Recurrence {
 }
 
 impl Series {
-    /// Values that do not move and that are read at every order.
+    /// Constant values read at every order.
     pub fn constants(&self) -> BTreeSet<ValueId> {
         let of_recurrences = self.recurrences.iter().flatten().flat_map(|r| r.constants());
         let of_terms = self.terms.iter().filter_map(|(factor, _)| match factor {
@@ -233,7 +227,7 @@ impl Series {
         self.recurrences[value.index()].is_some()
     }
 
-    /// How many values have their coefficients kept.
+    /// Number of values with stored coefficients.
     pub fn n_kept(&self) -> usize {
         self.kept.iter().flatten().count()
     }
@@ -263,7 +257,7 @@ pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<Taylor, NoTaylor
     })
 }
 
-/// Whether one of these functions, whose derivatives are ever new ones, is called with what moves.
+/// Whether a function whose derivatives never close is applied to a varying argument.
 fn derivatives_go_on(graph: &Graph, roots: impl Iterator<Item = ExprId>) -> bool {
     let [lgamma, polygamma] = ["lgamma", "polygamma"].map(IntrinsicId::named);
     if !graph.calls(lgamma) && !graph.calls(polygamma) {
@@ -294,10 +288,10 @@ pub(super) struct Derivatives {
     pub(super) directions: Vec<NonZero>,
 }
 
-/// An expression that moves as φ(x): pairs of x and φ'(x).
+/// A varying expression as φ(x): pairs of x and φ'(x).
 type Slopes = Vec<(ExprId, ExprId)>;
 
-/// How a value that moves goes on, before sums are gathered.
+/// Recurrence of a varying value, before sums are gathered.
 #[derive(Debug, Clone)]
 enum Continued {
     By(Recurrence),
@@ -309,16 +303,16 @@ struct Builder<'a> {
     names: &'a BTreeMap<ExprId, String>,
     dae: &'a Dae,
     moving: HashSet<ExprId>,
-    /// Those that are straight lines.
+    /// Those that are linear in time.
     lines: HashSet<ExprId>,
-    /// Functions that move by their derivatives.
+    /// Functions with a recurrence by their derivatives.
     slopes: HashMap<ExprId, Slopes>,
     body: Vec<Operation>,
     values: HashMap<ExprId, ValueId>,
     recurrences: BTreeMap<ValueId, Continued>,
     /// Quotients that recurrences also need: c/a by the bits of c, and a.
     quotients: HashMap<(u64, ValueId), ValueId>,
-    /// Places of the two parts that functions of two arguments move by.
+    /// Positions of the two products in the recurrence of functions of two arguments.
     parts: HashMap<ExprId, [ValueId; 2]>,
 }
 
@@ -365,8 +359,8 @@ impl<'a> Builder<'a> {
         let mut values = roots.iter().map(|root| self.values[root]);
         let f = values.by_ref().take(f.len()).collect();
         let mut entries = |all: &[NonZero]| -> Vec<Entry> {
-            let all = all.iter().zip(values.by_ref());
-            all.map(|(at, value)| Entry { row: at.row, column: at.column, value }).collect()
+            let named = all.iter().zip(values.by_ref());
+            named.map(|(at, value)| Entry { row: at.row, column: at.column, value }).collect()
         };
         let (jacobian, directions) = (entries(jacobian), entries(directions));
         let recurrences = (0..self.body.len()).map(|i| match self.recurrences.get(&value_at(i)) {
@@ -388,7 +382,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// x^y for an exponent that moves is exp(y log x).
+    /// x^y with a varying exponent is exp(y log x).
     fn rewrite_powers(&mut self, roots: &mut [ExprId]) {
         let nodes = self.graph.listed(roots.iter().copied());
         self.find_moving(nodes.iter().map(|(id, _)| *id));
@@ -420,7 +414,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// All that the roots and the slopes of their functions are made of, operands first.
+    /// All subexpressions of the roots and of the slopes of their functions, operands first.
     fn close(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
         let mut wanted: Vec<ExprId> = roots.to_vec();
         loop {
@@ -442,9 +436,9 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The slopes of a function that has no recurrence of its own, to the arguments that move.
+    /// The slopes of a function without a recurrence of its own, with respect to its varying arguments.
     fn slopes_of(&mut self, id: ExprId) -> Slopes {
-        let all = match self.graph.node(id) {
+        let slopes = match self.graph.node(id) {
             Node::Call1(f, x) if own_recurrence(f).is_none() => match f.get().definition {
                 Definition::One { derivative, .. } => vec![(x, derivative(self.graph, x))],
                 Definition::Two { .. } | Definition::Expansion(..) => Vec::new(),
@@ -459,17 +453,17 @@ impl<'a> Builder<'a> {
             Node::Curve(curve, x) => vec![(x, self.graph.slope_of_curve(curve, x))],
             _ => Vec::new(),
         };
-        all.into_iter().filter(|(argument, _)| self.moving.contains(argument)).collect()
+        slopes.into_iter().filter(|(argument, _)| self.moving.contains(argument)).collect()
     }
 
-    /// Notes which of these expressions move, operands first, and which are straight lines.
+    /// Records which of these expressions vary, operands first, and which are linear.
     fn find_moving(&mut self, order: impl Iterator<Item = ExprId>) {
         for id in order {
             let node = self.graph.node(id);
             let moves = |a: &ExprId| self.moving.contains(a);
             let does = match node {
                 Node::Symbol(symbol) => self.symbol(symbol).is_some(),
-                // Conditions are those of the beginning.
+                // Conditions are evaluated at the beginning.
                 Node::Constant(_)
                 | Node::Compare(..)
                 | Node::And(..)
@@ -508,7 +502,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Whether a function does not change where its argument does, but for jumps.
+    /// Whether a function is piecewise constant in its argument.
     fn is_flat(&mut self, f: IntrinsicId, a: ExprId) -> bool {
         match f.get().definition {
             Definition::One { derivative, .. } if own_recurrence(f).is_none() => {
@@ -519,12 +513,13 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Whether an expression jumps, or its slope, where what it reads moves; or ends there, and its series does not.
+    /// Whether an expression or its slope jumps where its varying operands do not; or its domain ends there, unlike its
+    /// series.
     fn branches(&mut self, id: ExprId) -> bool {
         match self.graph.node(id) {
             Node::Compare(_, a, b) => self.moving.contains(&a) || self.moving.contains(&b),
             Node::Call1(f, a) => {
-                // The series of a root passes a double zero of its argument, and is its negative from there on.
+                // The series of a root passes a double zero of its argument, and is its negative afterwards.
                 let ends = matches!(f.get().name, "sqrt" | "asin" | "acos" | "acosh");
                 let jumps = own_recurrence(f) == Some(OwnRecurrence::Magnitude);
                 (ends || jumps || self.is_flat(f, a)) && self.moving.contains(&a)
@@ -538,7 +533,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// How a symbol moves: unknowns, time, and inputs between samples that lines join.
+    /// Recurrence of a symbol: unknowns, time, and linear inputs between samples.
     fn symbol(&self, symbol: Symbol) -> Option<Recurrence> {
         match symbol {
             Symbol::Unknown(i) => Some(Recurrence::Unknown(i)),
@@ -548,7 +543,7 @@ impl<'a> Builder<'a> {
                 let position = i as usize;
                 let input = match position.checked_sub(inputs.len()) {
                     None => Some(position),
-                    // Behind the delayed inputs are their slopes.
+                    // The slopes of the delayed inputs follow these.
                     Some(position) => late.get(position).map(|late| late.input),
                 };
                 (inputs[input?].interpolation == Interpolation::Linear)
@@ -564,7 +559,7 @@ impl<'a> Builder<'a> {
         value
     }
 
-    /// Gives an expression its place in the body, with the quotients that its recurrence reads.
+    /// Adds an expression to the body, with the quotients that its recurrence reads.
     fn place(&mut self, id: ExprId) -> ValueId {
         let node = self.graph.node(id);
         if self.slopes.get(&id).is_some_and(|slopes| slopes.len() == 2) {
@@ -609,7 +604,7 @@ impl<'a> Builder<'a> {
         value
     }
 
-    /// How an expression that moves goes on.
+    /// Recurrence of a varying expression.
     fn recurrence(&mut self, id: ExprId) -> Continued {
         use Factor::{MinusOne, Of, One};
         let moving = |a: ExprId| self.moving.contains(&a).then(|| self.values[&a]);
@@ -689,7 +684,7 @@ impl<'a> Builder<'a> {
             })
             .collect();
         match <[Continued; 2]>::try_from(parts) {
-            // Parts have their places before v.
+            // The parts precede v.
             Ok(parts) => {
                 let places = self.parts[&id];
                 self.recurrences.extend(places.into_iter().zip(parts));
@@ -701,7 +696,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Makes one sum of each sum of sums, and gives the terms of all.
+    /// Turns nested sums into one sum each, and returns the terms of all.
     ///
     /// A sum that only one other sum reads becomes part of that sum.
     fn gather(&mut self, results: &[ValueId]) -> Vec<Term> {
@@ -732,21 +727,21 @@ impl<'a> Builder<'a> {
                 Continued::By(_) => None,
             })
             .collect();
-        let mut all = Vec::new();
+        let mut listed = Vec::new();
         for (sum, terms) in sums {
             if inner.contains_key(&sum) {
                 self.recurrences.remove(&sum);
                 continue;
             }
-            let first = all.len();
-            all.extend(self.flattened(terms, &inner));
-            let linear = Recurrence::Linear { first, count: all.len() - first };
+            let first = listed.len();
+            listed.extend(self.flattened(terms, &inner));
+            let linear = Recurrence::Linear { first, count: listed.len() - first };
             self.recurrences.insert(sum, Continued::By(linear));
         }
-        all
+        listed
     }
 
-    /// The terms of a sum, those of inner sums in the place of these.
+    /// The terms of a sum, with inner sums replaced by their terms.
     fn flattened(&mut self, terms: Vec<Term>, inner: &HashMap<ValueId, Vec<Term>>) -> Vec<Term> {
         let mut pending = terms;
         let mut flat: BTreeMap<ValueId, Factor> = BTreeMap::new();
@@ -764,14 +759,14 @@ impl<'a> Builder<'a> {
                 flat.insert(value, sum);
             }
         }
-        // Values come in the order in which they are known: no term waits for a later one.
+        // In the order in which values become available: no term waits for a later one.
         let mut terms: Vec<Term> =
             flat.into_iter().map(|(value, factor)| (factor, value)).collect();
         terms.sort_by_key(|(_, value)| !self.is_of_symbol(*value));
         terms
     }
 
-    /// Whether the series of a value is there before those of expressions are.
+    /// Whether the series of a value is available before those of expressions.
     fn is_of_symbol(&self, value: ValueId) -> bool {
         use Recurrence::{Input, Time, Unknown};
         matches!(self.recurrences.get(&value), Some(Continued::By(Unknown(_) | Input(_) | Time)))
@@ -797,8 +792,8 @@ impl<'a> Builder<'a> {
         Factor::Of(self.push(Operation::Add(a, b)))
     }
 
-    /// Numbers for the values of which recurrences read earlier orders, `entries` of a matrix that is
-    /// multiplied by series included.
+    /// Numbers for the values that recurrences read at earlier orders, including the `entries` of a matrix that is
+    /// multiplied by series.
     fn kept(&self, entries: &[ExprId]) -> Vec<Option<usize>> {
         let mut wanted: BTreeSet<ValueId> = BTreeSet::new();
         for (value, recurrence) in &self.recurrences {

@@ -112,7 +112,7 @@ fn write_unknowns(program: &Program, f: &mut fmt::Formatter<'_>) -> fmt::Result 
     Ok(())
 }
 
-/// What is read late.
+/// Delayed outputs, inputs and unknowns.
 fn write_late(signature: &Signature, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let Signature { inputs, delays, delayed_inputs, .. } = signature;
     for (i, delayed) in delayed_inputs.iter().enumerate() {
@@ -173,7 +173,7 @@ fn write_discrete(discrete: &Discrete, f: &mut fmt::Formatter<'_>) -> fmt::Resul
     Ok(())
 }
 
-/// Values at the beginning, then the coefficient of order k of those that move.
+/// Initial values, then the coefficients of order k of those that vary.
 impl fmt::Display for Series {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut names = self.names.iter().peekable();
@@ -201,7 +201,7 @@ impl fmt::Display for Series {
 }
 
 impl Series {
-    /// A recurrence as a formula of whole series, or of their coefficients where it is linear.
+    /// A recurrence as a formula of whole series, or of their coefficients if it is linear.
     fn spelt(&self, own: ValueId, recurrence: Recurrence) -> String {
         let part = |a: Option<ValueId>| a.map_or("0".to_owned(), |a| format!("{a}[k]"));
         match recurrence {
@@ -257,8 +257,8 @@ impl fmt::Display for Function {
         for Loop { rounds, head, count, body, stores } in &self.loops {
             let mut value = self.body.len()..;
             let mut write_all = |f: &mut fmt::Formatter<'_>, operations: &[Operation]| {
-                let mut all = operations.iter().zip(&mut value);
-                all.try_for_each(|(operation, k)| writeln!(f, "    %{k} = {operation}"))
+                let mut remaining = operations.iter().zip(&mut value);
+                remaining.try_for_each(|(operation, k)| writeln!(f, "    %{k} = {operation}"))
             };
             if *rounds > 1 {
                 writeln!(f, "  for r in 0..{}", rounds - 1)?;
@@ -278,7 +278,7 @@ impl fmt::Display for Function {
     }
 }
 
-/// How far a place has moved in round r.
+/// Displacement of a position in round r.
 struct Rounds(i64);
 
 impl fmt::Display for Rounds {
@@ -330,7 +330,7 @@ impl fmt::Display for Operation {
 }
 
 impl Argument {
-    /// As formulas write it.
+    /// Its symbol in formulas.
     pub fn symbol(self) -> &'static str {
         match self {
             Argument::Y => "y",

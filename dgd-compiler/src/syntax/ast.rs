@@ -1,7 +1,7 @@
-//! What a model file says, exactly as written.
+//! The syntax tree of a model file.
 //!
-//! Printing an [`Ast`] and parsing the text again gives the same tree, places aside. No name is
-//! looked up here and no unit is understood.
+//! Printing an [`Ast`] and parsing the text again gives the same tree, apart from places. Names and units are not
+//! resolved.
 
 use crate::diagnostics::Reported;
 use crate::source::{SourceId, Span};
@@ -17,12 +17,12 @@ pub struct Ast {
     /// `model NAME`; a file with neither this nor `effect` is a library of constants, `let`s and
     /// functions.
     pub model: Option<Header>,
-    /// `effect NAME …` and the clauses that say how it changes a model.
+    /// `effect NAME …` and the clauses with its changes to a model.
     pub effect: Option<EffectHeader>,
     /// Items in the order written.
     pub items: Vec<Item>,
-    /// What the imports among the items are, in their order: none until
-    /// [`load`](super::imports::load) has read them.
+    /// Sources of the imports among the items, in their order; empty until [`load`](super::imports::load) has read
+    /// them.
     pub imports: Vec<SourceId>,
 }
 
@@ -42,34 +42,34 @@ pub struct EffectHeader {
     pub doc: Vec<String>,
     /// The effect's name.
     pub name: Name,
-    /// What it can be applied to.
+    /// Its possible targets.
     pub target: Target,
-    /// `kind`, `form`, `null`, `replace` and `add`, in the order written. Their order among the
-    /// items means nothing and is not kept.
+    /// `kind`, `form`, `null`, `replace` and `add`, in the order written. Their order relative to the items is
+    /// irrelevant and not stored.
     pub clauses: Vec<Clause>,
 }
 
-/// What an effect can be applied to.
+/// The possible targets of an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Target {
     /// `on MODEL`: this model and no other.
     Model(Name),
-    /// `(y: output [Pa], x: state)`: any model that has such things.
+    /// `(y: output [Pa], x: state)`: any model with items of these kinds.
     Template(Vec<Slot>),
 }
 
 /// An argument of a template.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slot {
-    /// What the effect calls it.
+    /// Its name in the effect.
     pub name: Name,
-    /// What it must be.
+    /// Its kind.
     pub kind: SlotKind,
-    /// What it must measure, given by a unit; anything without one.
+    /// A unit of its dimension; any dimension without one.
     pub unit: Option<Unit>,
 }
 
-/// What an argument of a template must be.
+/// The kind of an argument of a template.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlotKind {
     /// `input`
@@ -100,73 +100,73 @@ impl SlotKind {
         ("let", SlotKind::Let),
     ];
 
-    /// Whether something of this kind may stand where another is asked for.
+    /// Whether an item of this kind fits a slot of another kind.
     pub fn fits(self, asked: SlotKind) -> bool {
         self == asked
             || (asked == SlotKind::Quantity && matches!(self, SlotKind::Input | SlotKind::State))
     }
 }
 
-/// A line of an effect that declares nothing.
+/// A line of an effect that is not a declaration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clause {
-    /// From the keyword to the last token.
+    /// Its place, from the keyword to the last token.
     pub span: Span,
     /// Doc comment lines.
     pub doc: Vec<String>,
-    /// What it says.
+    /// Its kind.
     pub kind: ClauseKind,
 }
 
-/// What an effect says in addition to its items.
+/// A clause of an effect, in addition to its items.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ClauseKind {
     /// `kind plant`
     Kind(EffectKind),
     /// `form column`
     Form(Name),
-    /// `null gain = 1`: where the effect vanishes.
+    /// `null gain = 1`: the value without effect.
     Null {
         /// A parameter of the effect.
         name: Name,
-        /// Its value there.
+        /// Its null value.
         value: Expr,
     },
     /// `replace x by e`, `replace x in EQ by e` or `replace f(a, b) by e`
     Replace {
-        /// What is replaced.
+        /// The name to replace.
         name: Name,
         /// Names of a function's arguments within `e`.
         arguments: Vec<Name>,
-        /// The equation in which it is replaced; everywhere without one.
+        /// The equation in which it is replaced; `None` means everywhere.
         equation: Option<Name>,
-        /// What stands in its place; within it, the name is the old one.
+        /// The replacement; in it, the name is the old value.
         by: Expr,
     },
     /// `replace output y by e`
     ReplaceOutput {
         /// The output.
         output: Name,
-        /// What it reads; within it, the output's name is what it read before.
+        /// Its new value; in it, the output's name is its old value.
         by: Expr,
     },
     /// `add e to EQ`: to its right-hand side.
     Add {
-        /// What is added.
+        /// The term to add.
         value: Expr,
         /// The equation's label.
         equation: Name,
     },
 }
 
-/// What an effect says is wrong: the model of the plant, a sensor, or an input.
+/// The part of a model that an effect corrects: the plant, a sensor, or an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum EffectKind {
     /// Physics that the model lacks.
     Plant,
-    /// A sensor that reads something else than the model's output.
+    /// A sensor whose reading differs from the model's output.
     Sensor,
-    /// An input that is not what is recorded.
+    /// An input that differs from its recording.
     Input,
 }
 
@@ -200,11 +200,11 @@ pub struct Name {
 /// One item: a declaration, an equation or a block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
-    /// From the keyword to the last token.
+    /// Its place, from the keyword to the last token.
     pub span: Span,
     /// Doc comment lines: those above it, then the one at the end of its line.
     pub doc: Vec<String>,
-    /// What it is.
+    /// Its kind.
     pub kind: ItemKind,
 }
 
@@ -264,10 +264,10 @@ pub enum ItemKind {
     Unit {
         /// Its symbol.
         name: Name,
-        /// What one of it is: a number, in a unit.
+        /// Its value: a number with a unit.
         value: Expr,
     },
-    /// `size N = 100`: a whole number that ranges are made of.
+    /// `size N = 100`: a whole number for ranges.
     Size {
         /// Name.
         name: Name,
@@ -276,24 +276,24 @@ pub enum ItemKind {
     },
     /// `state p[1..N] [bar] = 60`, `unknown v[i in 1..N] = 2*i` or `parameter k[1..2] = (0.1, 0.2)`.
     Array {
-        /// As what its elements were declared.
+        /// Kind of its elements.
         declared: ArrayKind,
         /// Name.
         name: Name,
-        /// What its indices run over, the first outermost.
+        /// Ranges of its indices, the first outermost.
         axes: Vec<Axis>,
         /// Unit in brackets.
         unit: Option<Unit>,
-        /// Value, start value or guess: one of all elements, or an [`ExprKind::List`] with one for
-        /// each. Inputs have none; that of an unknown without one is zero.
+        /// Value, start value or guess: one for all elements, or an [`ExprKind::List`] with one for each. Inputs have
+        /// none; the default for unknowns is zero.
         start: Option<Expr>,
         /// Attributes in the order written.
         attributes: Vec<Attribute>,
     },
-    /// `for i in 1..N, j in 1..M { equation mass[i][j]: … }`: items once for each index. Their own
-    /// indices, which are the loop's, are not kept.
+    /// `for i in 1..N, j in 1..M { equation mass[i][j]: … }`: items for each index. The indices after their names,
+    /// which are the loop's, are not stored.
     For {
-        /// What it runs over, the first outermost; one at least.
+        /// Its indices, the first outermost; at least one.
         counters: Vec<Counter>,
         /// Equations and `let`s.
         items: Vec<Item>,
@@ -307,13 +307,13 @@ pub enum ItemKind {
         /// Value.
         value: Expr,
     },
-    /// `function friction(q [m^3/s]) = …`, perhaps with `let`s in a block
+    /// `function friction(q [m^3/s]) = …`, optionally with `let`s in a block
     Function {
         /// Name.
         name: Name,
         /// Arguments; one with a unit is checked against it.
         arguments: Vec<Argument>,
-        /// Values that have names within the function, each of which may read those before it.
+        /// Local values, each of which may read those before it.
         lets: Vec<LocalLet>,
         /// Value.
         body: Expr,
@@ -322,11 +322,11 @@ pub enum ItemKind {
     Table {
         /// Name.
         name: Name,
-        /// What is looked up: one argument, or two of a grid.
+        /// Its arguments: one, or two for a grid.
         arguments: Vec<Argument>,
         /// Unit of the values in brackets.
         unit: Option<Unit>,
-        /// What the table says.
+        /// Its points.
         points: Points,
         /// Attributes in the order written.
         attributes: Vec<Attribute>,
@@ -337,7 +337,7 @@ pub enum ItemKind {
         name: Name,
         /// Unit in brackets.
         unit: Option<Unit>,
-        /// What it reads; without one, the unknown of its name.
+        /// Its value; without one, the unknown of its name.
         value: Option<Expr>,
         /// Attributes in the order written.
         attributes: Vec<Attribute>,
@@ -364,31 +364,29 @@ pub enum ItemKind {
     Modes {
         /// Name.
         name: Name,
-        /// Modes with their equations; it starts in the first unless `starts` says another.
+        /// Modes with their equations; it starts in the first unless `starts` selects another.
         modes: Vec<Choice>,
-        /// Which mode follows which, and when.
+        /// Its transitions.
         transitions: Vec<Transition>,
         /// `start MODE if CONDITION`, in the order written, and `start MODE`.
         starts: Vec<StartMode>,
     },
-    /// `part pump: subsea_pump(c0 = 275 [m])`: a model inside this one, or with
-    /// `cell[i in 1..N]` one for each index.
+    /// `part pump: subsea_pump(c0 = 275 [m])`: a model inside this one, or with `cell[i in 1..N]` one for each index.
     Part {
-        /// What it is called here.
+        /// Its name here.
         name: Name,
-        /// What the indices run over of a part of which there are several, the first outermost.
+        /// Ranges of the indices of an array of parts, the first outermost.
         axes: Vec<Axis>,
-        /// The model that it is.
+        /// Its model.
         model: Name,
-        /// New values of what the model declares.
+        /// New values for declarations of the model.
         arguments: Vec<PartArgument>,
     },
-    /// `pump.q = q_ssp` or `cell.i[1] = i_pack`: what an input of a part is. Within a loop the indices,
-    /// which are the loop's, are not kept.
+    /// `pump.q = q_ssp` or `cell.i[1] = i_pack`: the value of an input of a part. The indices of a loop are not stored.
     Binding {
         /// The part's name, a point, and its input's.
         input: Name,
-        /// Of an array the element, if it is one: otherwise all of it.
+        /// The element of an array; empty for the whole.
         indices: Vec<Expr>,
         /// The value.
         value: Expr,
@@ -399,20 +397,20 @@ pub enum ItemKind {
     Every {
         /// T.
         period: Expr,
-        /// t₀; zero where it is left out.
+        /// t₀; zero if omitted.
         offset: Option<Expr>,
         /// Unknowns that it resets, with their new values.
         resets: Vec<Reset>,
     },
-    /// How a run begins.
+    /// The start of a run.
     Start(StartRule),
     /// `saturate q >= 0` or `saturate h[i] <= h_max`
     Saturate {
-        /// What stays within the bound.
+        /// The bounded unknown.
         name: Name,
-        /// Of an array which element.
+        /// The element of an array.
         indices: Vec<Expr>,
-        /// On which side of it.
+        /// The side on which the bound lies.
         side: Bound,
         /// The bound.
         bound: Expr,
@@ -420,7 +418,7 @@ pub enum ItemKind {
 }
 
 impl ItemKind {
-    /// What an item declares that expressions can read or call.
+    /// The name that an item declares for expressions to read or call.
     pub fn value_name(&self) -> Option<&Name> {
         match self {
             ItemKind::Constant { name, .. }
@@ -436,7 +434,7 @@ impl ItemKind {
         }
     }
 
-    /// Of an item in a loop, the name that the loop's indices stand behind.
+    /// The name of an item in a loop that the loop's indices follow.
     pub fn name_with_indices(&self) -> Option<&Name> {
         match self {
             ItemKind::Equation { label: name, .. }
@@ -447,7 +445,7 @@ impl ItemKind {
         }
     }
 
-    /// The same, to be changed.
+    /// [`Self::name_with_indices`], mutable.
     pub fn name_with_indices_mut(&mut self) -> Option<&mut Name> {
         match self {
             ItemKind::Equation { label: name, .. }
@@ -468,11 +466,11 @@ pub struct PartArgument {
     pub value: Expr,
 }
 
-/// What determines where a run begins, besides start values.
+/// A rule for the initial state of a run, in addition to start values.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "a model has few of them")]
 pub enum StartRule {
-    /// `start steady`: a run begins where the whole model is at rest.
+    /// `start steady`: a run starts with the whole model at rest.
     Steady,
     /// `start equation level: der(h) = 0`
     Equation {
@@ -485,10 +483,10 @@ pub enum StartRule {
     },
 }
 
-/// What is watched, and what happens then.
+/// Conditions to watch, and the resets that they trigger.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reaction {
-    /// What is watched: one or several, joined by `or`.
+    /// The conditions: one or several, joined by `or`.
     pub conditions: Vec<Condition>,
     /// Unknowns that it resets, with their new values.
     pub resets: Vec<Reset>,
@@ -497,15 +495,15 @@ pub struct Reaction {
 /// `x rises above a` or `x falls below a`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
-    /// What is watched.
+    /// The watched expression.
     pub left: Expr,
-    /// In which direction it passes `right`.
+    /// Direction in which it passes `right`.
     pub crossing: Crossing,
-    /// What it is compared with.
+    /// The expression that it is compared with.
     pub right: Expr,
 }
 
-/// On which side of an unknown its bound lies.
+/// The side of an unknown on which its bound lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Bound {
     /// `x >= e`
@@ -528,7 +526,7 @@ pub struct Range {
 /// `1..N` or `i in 1..N` between the brackets of a declared array.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// What the index is called in the value.
+    /// Name of the index in the value.
     pub index: Option<Name>,
     /// Indices of the elements.
     pub range: Range,
@@ -537,13 +535,13 @@ pub struct Axis {
 /// `i in 1..N` of a loop or a sum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counter {
-    /// What the index is called.
+    /// Name of the index.
     pub index: Name,
     /// Its values.
     pub range: Range,
 }
 
-/// As what the elements of an array were declared.
+/// Kind of the elements of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ArrayKind {
     /// `constant`
@@ -556,12 +554,12 @@ pub enum ArrayKind {
     State,
     /// `unknown`
     Unknown,
-    /// `held`: they change at resets only.
+    /// `held`: changed only by resets.
     Held,
 }
 
 impl ArrayKind {
-    /// The word that declares it.
+    /// Its keyword.
     pub fn word(self) -> &'static str {
         match self {
             ArrayKind::Constant => "constant",
@@ -579,19 +577,19 @@ impl ArrayKind {
     }
 }
 
-/// How an unknown was declared.
+/// Kind of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UnknownKind {
     /// `state`
     State,
     /// `unknown`
     Unknown,
-    /// `held`: it changes at resets only.
+    /// `held`: changed only by resets.
     Held,
 }
 
 impl UnknownKind {
-    /// The word that declares it.
+    /// Its keyword.
     pub fn word(self) -> &'static str {
         match self {
             UnknownKind::State => "state",
@@ -600,7 +598,7 @@ impl UnknownKind {
         }
     }
 
-    /// What an array of such is.
+    /// The kind of an array with such elements.
     pub fn of_elements(self) -> ArrayKind {
         match self {
             UnknownKind::State => ArrayKind::State,
@@ -613,7 +611,7 @@ impl UnknownKind {
 /// `let y [m] = x*x` within a function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocalLet {
-    /// Name, known within the function.
+    /// Name, local to the function.
     pub name: Name,
     /// Unit in brackets.
     pub unit: Option<Unit>,
@@ -630,14 +628,14 @@ pub struct Argument {
     pub unit: Option<Unit>,
 }
 
-/// What a table says.
+/// The points of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Points {
-    /// `(0, 305), (1200, 301)`: for each point its arguments, then its value.
+    /// `(0, 305), (1200, 301)`: the arguments of each point, then its value.
     Written(Vec<Point>),
     /// `at (0, 20, 80) = (c_0, c_20, c_80)`: abscissae, then as many values.
     Columns([Vec<Expr>; 2]),
-    /// `from "eta.csv"`: what a file says.
+    /// `from "eta.csv"`: points in a file.
     File {
         /// The path as written, without quotes.
         path: String,
@@ -653,7 +651,7 @@ pub enum Points {
 pub struct Point {
     /// Its place.
     pub span: Span,
-    /// The numbers, in the units of what they are numbers of.
+    /// The numbers, in the units of their arguments and of the value.
     pub numbers: Vec<Expr>,
 }
 
@@ -669,7 +667,7 @@ impl Points {
         }
     }
 
-    /// The same, to be changed.
+    /// [`Self::expressions`], mutable.
     pub fn expressions_mut(&mut self) -> Vec<&mut Expr> {
         match self {
             Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => {
@@ -681,16 +679,16 @@ impl Points {
     }
 }
 
-/// How a table goes on between its points.
+/// Interpolation of a table between its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// `linear`: by straight lines.
+    /// `linear`: piecewise linear.
     Linear,
-    /// `pchip`: by cubics without a turn between points.
+    /// `pchip`: cubics that are monotone between points.
     Pchip,
-    /// `natural`: by cubics whose curvature is continuous, and zero at both ends.
+    /// `natural`: cubics with a continuous curvature that is zero at both ends.
     Natural,
-    /// `cubic`: the same, of a grid along both arguments.
+    /// `cubic`: natural cubics along both arguments of a grid.
     Cubic,
 }
 
@@ -709,7 +707,7 @@ impl Shape {
     }
 }
 
-/// What a table is beyond its first and last point.
+/// Extrapolation of a table beyond its first and last point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Beyond {
     /// `beyond refuse`: a run ends there.
@@ -738,23 +736,23 @@ pub struct Choice {
     pub doc: Vec<String>,
     /// Name.
     pub name: Name,
-    /// What the model holds when it is chosen.
+    /// Its items.
     pub items: Vec<Item>,
 }
 
-/// `start MODE if CONDITION`, or `start MODE` for where no condition holds.
+/// `start MODE if CONDITION`, or `start MODE` for the case that no condition holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartMode {
     /// The mode.
     pub mode: Name,
-    /// When it is the one to start in.
+    /// Condition under which a run starts in it.
     pub condition: Option<Expr>,
 }
 
 /// `full -> draining when a falls below b { reset x = e }`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transition {
-    /// From the first mode's name to the last token.
+    /// Its place, from the first mode's name to the last token.
     pub span: Span,
     /// Doc comment lines: those above it, then the one at the end of its line.
     pub doc: Vec<String>,
@@ -762,7 +760,7 @@ pub struct Transition {
     pub from: Name,
     /// The mode that it enters.
     pub to: Name,
-    /// What is watched: one or several, joined by `or`.
+    /// The conditions: one or several, joined by `or`.
     pub conditions: Vec<Condition>,
     /// Unknowns that it resets, with their new values.
     pub resets: Vec<Reset>,
@@ -773,9 +771,9 @@ pub struct Transition {
 pub struct Reset {
     /// Its place.
     pub span: Span,
-    /// What gets a new value.
+    /// The unknown that gets a new value.
     pub name: Name,
-    /// Of an array which element.
+    /// The element of an array.
     pub indices: Vec<Expr>,
     /// The value.
     pub value: Expr,
@@ -786,7 +784,7 @@ pub struct Reset {
 pub struct Attribute {
     /// Its place.
     pub span: Span,
-    /// What it says.
+    /// Its kind.
     pub kind: AttributeKind,
 }
 
@@ -821,7 +819,7 @@ impl PriorLaw {
         }
     }
 
-    /// What its two numbers are.
+    /// Names of its two numbers.
     pub fn numbers(self) -> [&'static str; 2] {
         match self {
             Self::Normal => ["mean", "standard deviation"],
@@ -836,13 +834,13 @@ impl PriorLaw {
 /// The attributes of the language.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AttributeKind {
-    /// `in a .. b`, either end open: bounds of validity and of estimation.
+    /// `in a .. b`, each end optional: bounds of validity and of estimation.
     Bounds(Option<Expr>, Option<Expr>),
     /// `log`: the logarithm is estimated.
     Log,
-    /// `fixed`: not estimated unless asked.
+    /// `fixed`: not estimated unless requested.
     Fixed,
-    /// `guess`: start equations determine the start value, and this is where the search for it begins.
+    /// `guess`: start equations determine the start value, starting from this guess.
     Guess,
     /// `nominal V`: size for tolerances and scaling.
     Nominal(Expr),
@@ -852,15 +850,16 @@ pub enum AttributeKind {
     Hold,
     /// `linear` between samples.
     Linear,
-    /// `noise V`: standard deviation of the sensor's white error.
+    /// `noise V`: standard deviation of the sensor's white noise.
     Noise(Expr),
-    /// `history V`: what it was before the start.
+    /// `history V`: its values before the start.
     History(Expr),
-    /// `exact`: the equation lacks nothing.
+    /// `exact`: the equation lacks no term.
     Exact,
-    /// `pchip`, `natural` or `cubic`: how a table goes on between its points. `linear` is [`Linear`](Self::Linear).
+    /// `pchip`, `natural` or `cubic`: interpolation of a table between its points. `linear` is
+    /// [`Linear`](Self::Linear).
     Shape(Shape),
-    /// `beyond hold`: what a table is beyond its ends.
+    /// `beyond hold`: extrapolation of a table beyond its ends.
     Beyond(Beyond),
     /// `smooth V`: standard deviation of a table's points from the lines between their neighbours.
     Smooth(Expr),
@@ -873,21 +872,21 @@ pub struct Unit {
     pub span: Span,
     /// The text between the brackets, trimmed.
     pub text: String,
-    /// Units that the file declares, once they are known.
+    /// Units that the file declares, once these have been read.
     pub own: OwnUnits,
 }
 
 impl Unit {
-    /// A unit in which nothing that a file declares occurs.
+    /// A unit that does not refer to declarations of a file.
     pub fn new(span: Span, text: impl Into<String>) -> Unit {
         Unit { span, text: text.into(), own: OwnUnits::default() }
     }
 
-    /// What it means.
+    /// Parses it.
     ///
     /// # Errors
     ///
-    /// [`UnitError`]: the text is not a unit.
+    /// [`UnitError`] if the text is not a unit.
     pub fn read(&self) -> Result<units::Unit, UnitError> {
         parse_unit_with(&self.text, &self.own)
     }
@@ -898,7 +897,7 @@ impl Unit {
 pub struct Expr {
     /// Its place.
     pub span: Span,
-    /// What it is.
+    /// Its kind.
     pub kind: ExprKind,
 }
 
@@ -920,7 +919,7 @@ pub enum ExprKind {
     Element(Box<Expr>, Box<Expr>),
     /// `sum(m[i] for i in 1..N)`
     Reduce(Box<Reduction>),
-    /// `(0.1, 0.2)`: the values of an array's elements, or of its rows. It stands only there.
+    /// `(0.1, 0.2)`: the values of an array's elements, or of its rows; allowed only there.
     List(Vec<Expr>),
     /// `f(a, b)`, `der(x)` included.
     Call {
@@ -954,17 +953,17 @@ pub enum ExprKind {
 /// `sum(m[i]*g for i in 1..N)`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reduction {
-    /// What is made of all values.
+    /// The operation on the values.
     pub kind: Reducing,
-    /// Where its word stands.
+    /// Place of its keyword.
     pub word: Span,
     /// The value for each index.
     pub body: Expr,
-    /// What the indices run over, the first outermost; one at least.
+    /// The indices, the first outermost; at least one.
     pub counters: Vec<Counter>,
 }
 
-/// What a [`Reduction`] makes of all values.
+/// The operation of a [`Reduction`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reducing {
     /// `sum`
@@ -989,7 +988,7 @@ impl Reducing {
         ("mean", Reducing::Mean),
     ];
 
-    /// What it is called in a sentence.
+    /// Its noun in messages.
     pub fn noun(self) -> &'static str {
         match self {
             Reducing::Sum => "the sum",

@@ -1,4 +1,4 @@
-//! Replaces values of declarations in a model's text; all else, comments included, stays as written.
+//! Replaces values of declarations in a model's text; the rest, including comments, stays as it is.
 
 use std::collections::BTreeMap;
 
@@ -8,19 +8,18 @@ use crate::source::Span;
 /// A new value for a declaration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewValue {
-    /// Where the declared name stands: a name alone may be declared in several choices of a variant.
+    /// Place of the declared name: several choices of a variant may declare the same name.
     pub name: Span,
-    /// What it is called in the whole model: `c0`, or `pump.c0` where a part has it.
+    /// Its name in the whole model: `c0`, or `pump.c0` if it belongs to a part.
     pub called: String,
-    /// The value as it will stand in the text.
+    /// The new text of the value.
     pub text: String,
 }
 
-/// The text of a model file with other values of parameters, constants and start values, and other
-/// paths of imports.
+/// The text of a model file with new values of parameters, constants and start values, and new paths of imports.
 ///
-/// `text` is what `ast` was parsed from. A start value that is not written is added, and what a part
-/// declares becomes an argument of the part. Anything else that is not declared in this file is left out.
+/// `ast` is the parsed `text`. Missing start values are added, and values for declarations of a part become arguments
+/// of the part. Values for names that are not declared in this file are ignored.
 pub fn with_values(
     ast: &Ast,
     text: &str,
@@ -31,20 +30,20 @@ pub fn with_values(
     collect(&ast.items, values, &mut import, &mut edits);
     edits.sort_by_key(|(start, ..)| *start);
     let mut edited = String::with_capacity(text.len());
-    let mut at = 0;
+    let mut position = 0;
     for (start, end, replacement) in edits {
-        edited.push_str(&text[at..start]);
+        edited.push_str(&text[position..start]);
         edited.push_str(&replacement);
-        at = end;
+        position = end;
     }
-    edited.push_str(&text[at..]);
+    edited.push_str(&text[position..]);
     edited
 }
 
 /// The indices of an array's element, and the text of its value.
 pub type Element = (Vec<i64>, String);
 
-/// The list of an array's values, the last index of the elements running fastest: `((1, 2), (3, 4))`.
+/// The list of an array's values, with the last index varying fastest: `((1, 2), (3, 4))`.
 pub fn list_of(elements: &[Element]) -> String {
     let mut values = Vec::new();
     let mut rest = elements;
@@ -63,7 +62,7 @@ pub fn list_of(elements: &[Element]) -> String {
     }
 }
 
-/// The array and the indices of an element's name, `k[2][3]`.
+/// The array and the indices in an element's name, `k[2][3]`.
 pub fn element_of(name: &str) -> Option<(&str, Vec<i64>)> {
     let (of, rest) = name.split_once('[')?;
     let inside = rest.strip_suffix(']')?;
@@ -72,7 +71,7 @@ pub fn element_of(name: &str) -> Option<(&str, Vec<i64>)> {
     Some((of, indices?))
 }
 
-/// First byte, end, and what comes between instead.
+/// First byte, end, and replacement.
 type Edit = (usize, usize, String);
 
 fn collect(
@@ -100,7 +99,7 @@ fn collect(
             }
             ItemKind::Unknown { name, unit, start, .. } => {
                 let Some(new) = value_of(name) else { continue };
-                // A start value that is not written comes after the unit.
+                // A new start value is inserted after the unit.
                 let end = unit.as_ref().map_or(name.span, |unit| unit.span).end as usize;
                 let added = || (end, end, format!(" = {}", new.text));
                 let written = start.as_ref().map(|start| over(start.span, new.text.clone()));
@@ -139,7 +138,7 @@ fn collect(
     }
 }
 
-/// New arguments of a part; without any so far they stand between these places.
+/// New arguments of a part; if it has none so far they are inserted between these places.
 fn arguments_of(
     part: &str,
     arguments: &[PartArgument],
@@ -148,7 +147,7 @@ fn arguments_of(
     values: &[NewValue],
 ) -> Vec<Edit> {
     let member = |called: &str| called.strip_prefix(part)?.strip_prefix('.').map(str::to_owned);
-    // Of two values for one name the last counts.
+    // Of two values for one name the last is used.
     let mut wanted: BTreeMap<String, &str> = values
         .iter()
         .filter_map(|value| Some((member(&value.called)?, value.text.as_str())))
@@ -162,8 +161,8 @@ fn arguments_of(
     match (more.as_slice(), arguments.last()) {
         ([], _) => {}
         (more, Some(last)) => {
-            let at = last.value.span.end as usize;
-            edits.push((at, at, format!(", {}", more.join(", "))));
+            let end = last.value.span.end as usize;
+            edits.push((end, end, format!(", {}", more.join(", "))));
         }
         (more, None) => {
             edits.push((start as usize, end as usize, format!("({})", more.join(", "))));

@@ -1,4 +1,4 @@
-//! Following imports: from a model's file to the trees of all files that it needs.
+//! Loads a model's file and the trees of all files that it imports.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,15 +9,15 @@ use super::{table_files, visit};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::source::{Source, SourceId, Sources, Span};
 
-/// How the name of an imported file must end, but for those of tables. Nothing else is read, so that a model cannot show what
-/// is not its own.
+/// File extension of imports, except for tables. No other files are read, so that a model cannot reveal the contents of
+/// unrelated files.
 const ENDING: &str = ".dgd";
 
-/// Whether a file has the name of a model, library or effect, or of a table; otherwise why it is not read.
+/// Checks that a file has the name of a model, library, effect or table.
 ///
 /// # Errors
 ///
-/// What is said of it.
+/// The reason why it is not read.
 pub fn verify_import(path: &Path) -> Result<(), String> {
     let name = path.file_name().map(|name| name.to_string_lossy());
     let is_named = |ending: &&str| name.as_ref().is_some_and(|name| name.ends_with(ending));
@@ -27,23 +27,21 @@ pub fn verify_import(path: &Path) -> Result<(), String> {
     Err("only regular files called `*.dgd`, `*.csv` or `*.csv.gz` are read".to_owned())
 }
 
-/// Reads the imported file at a path; otherwise the reason why it cannot be read, which quotes nothing
-/// of the file.
+/// Reads the imported file at a path; an error is the reason why it cannot be read, and quotes nothing of the file.
 pub type Read<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
 
-/// The trees of files and of all that they import.
+/// The trees of files and of all their imports.
 #[derive(Debug)]
 pub struct Loaded {
-    /// The given files first, then what they import.
+    /// The given files first, then their imports.
     pub asts: Vec<Ast>,
-    /// Items that could not be read, and imports that bring nothing.
+    /// Items that could not be read, and imports that failed.
     pub holes: Vec<Hole>,
 }
 
 /// Parses files and, once each, the libraries and models that they import directly or through others.
 ///
-/// A path is relative to the file that names it. What is wrong is reported, and what is sound is there all
-/// the same.
+/// A path is relative to the importing file. Errors are reported, and valid items are returned nevertheless.
 pub fn load(
     files: Vec<Source>,
     read: &mut Read<'_>,
@@ -64,8 +62,9 @@ pub fn load(
         loading.read_tables(next);
         let imports = imports_of(&loading.asts[next]);
         let importer = loading.asts[next].source;
-        let found = imports.iter().filter_map(|import| loading.follow(importer, import)).collect();
-        loading.asts[next].imports = found;
+        let followed =
+            imports.iter().filter_map(|import| loading.follow(importer, import)).collect();
+        loading.asts[next].imports = followed;
         next += 1;
     }
     Loaded { asts: loading.asts, holes: loading.holes }
@@ -87,7 +86,7 @@ fn imports_of(ast: &Ast) -> Vec<Import> {
     ast.items.iter().filter_map(|item| import(&item.kind)).collect()
 }
 
-/// The files read so far, and what it takes to read more.
+/// The files read so far, and the means to read more.
 struct Loading<'a, 'r> {
     asts: Vec<Ast>,
     /// Files by their normalised paths.
@@ -99,7 +98,7 @@ struct Loading<'a, 'r> {
 }
 
 impl Loading<'_, '_> {
-    /// The file that an import names, which is read unless it is known; `None` if it cannot be.
+    /// The imported file, which is read unless it has been before; `None` if it cannot be read.
     fn follow(&mut self, importer: SourceId, Import { path, span }: &Import) -> Option<SourceId> {
         let name = beside(self.sources, importer, path);
         if let Some(&id) = self.known.get(&name) {
@@ -127,7 +126,7 @@ impl Loading<'_, '_> {
         Some(id)
     }
 
-    /// Reads the files that tables of a tree name.
+    /// Reads the files of a tree's tables.
     fn read_tables(&mut self, k: usize) {
         let importer = self.asts[k].source;
         let mut items = std::mem::take(&mut self.asts[k].items);
@@ -147,7 +146,7 @@ impl Loading<'_, '_> {
         self.asts[k].items = items;
     }
 
-    /// The file that a table names, which is read unless it is known.
+    /// The file of a table, which is read unless it has been before.
     fn table_file(
         &mut self,
         importer: SourceId,
@@ -178,7 +177,7 @@ impl Loading<'_, '_> {
         ast
     }
 
-    /// Takes in the tree of a library or a model.
+    /// Adds the tree of a library or a model.
     fn take(&mut self, mut ast: Ast, path: &str, span: Span) {
         if let Some(effect) = &ast.effect {
             let name = &effect.name.text;
@@ -202,7 +201,7 @@ impl Loading<'_, '_> {
     }
 }
 
-/// A library declares nothing that belongs to one model; what does is reported and left out.
+/// Reports and removes items of a library that belong to a single model.
 fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
     ast.items.retain(|item| {
         let is_allowed = matches!(
@@ -225,7 +224,7 @@ fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
     });
 }
 
-/// The path of an import as seen from where the importing file lies.
+/// The path of an import relative to the importing file.
 fn beside(sources: &Sources, source: SourceId, path: &str) -> String {
     let folder = sources.get(source).name.rsplit_once('/').map_or("", |(folder, _)| folder);
     if folder.is_empty() || path.starts_with('/') {
@@ -235,7 +234,7 @@ fn beside(sources: &Sources, source: SourceId, path: &str) -> String {
     }
 }
 
-/// Without `.` and without what `..` takes back.
+/// Removes `.` and resolves `..`.
 fn normalise(path: &str) -> String {
     let mut parts: Vec<&str> = Vec::new();
     for part in path.split('/') {

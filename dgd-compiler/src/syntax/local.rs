@@ -1,9 +1,9 @@
-//! The value of a function without its `let`s: each where it is read.
+//! Substitutes the `let`s of a function in its value.
 
 use super::ast::{Expr, ExprKind, Factor, LocalLet};
 use super::visit;
 
-/// The body with the values of the `let`s in the places of their names.
+/// The body with the names of the `let`s replaced by their values.
 pub(crate) fn without_lets(lets: &[LocalLet], body: &Expr) -> Expr {
     let mut values: Vec<(&str, Expr)> = Vec::with_capacity(lets.len());
     for local in lets {
@@ -38,7 +38,7 @@ fn grouped(expr: Expr) -> Expr {
     }
 }
 
-/// A value of plain numbers is in the unit of its `let`.
+/// Gives a value of plain numbers the unit of its `let`.
 fn in_unit(local: &LocalLet, value: Expr) -> Expr {
     let Some(unit) = local.unit.as_ref().filter(|_| is_plain(&value)) else { return value };
     let span = value.span;

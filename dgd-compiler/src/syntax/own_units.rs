@@ -1,7 +1,7 @@
-//! Units that files declare, `unit stroke = 0.118 [l]`, given to the places where they are used.
+//! Units that files declare, `unit stroke = 0.118 [l]`, resolved where they are used.
 //!
-//! A file sees the units that it declares and those of the libraries that it imports, directly or through
-//! others. A part of a model keeps those of its own file, whatever the whole calls its units.
+//! A file sees the units that it declares and those of the libraries that it imports, directly or through others. A
+//! part of a model keeps those of its own file, regardless of those of the whole.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,7 +12,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::source::{DeclaredUnit, SourceId, Span};
 use crate::units::{OwnUnit, OwnUnits, describe, parse_unit};
 
-/// The trees with what their files declare known wherever a unit stands; the same trees where nothing is declared.
+/// The trees with every unit linked to the declarations of its file; the same trees if there are none.
 pub(crate) fn known_where_used<'a>(
     asts: &'a [Ast],
     diagnostics: &mut Diagnostics,
@@ -23,11 +23,11 @@ pub(crate) fn known_where_used<'a>(
     let of_files = of_files(asts, diagnostics);
     let mut asts = asts.to_vec();
     for ast in &mut asts {
-        let own = seen_by(&of_files, ast);
+        let units = seen_by(&of_files, ast);
         for item in &mut ast.items {
             visit::units_of_item_mut(item, &mut |unit| {
                 if unit.own.is_empty() {
-                    unit.own = own.clone();
+                    unit.own = units.clone();
                 }
             });
         }
@@ -35,17 +35,17 @@ pub(crate) fn known_where_used<'a>(
     Cow::Owned(asts)
 }
 
-/// The units that the first of the trees sees, and those of the others where these do not clash.
+/// The units that the first of the trees sees, and those of the others unless these clash.
 pub fn all(asts: &[Ast]) -> OwnUnits {
     if !asts.iter().any(declares) {
         return OwnUnits::default();
     }
     let of_files = of_files(asts, &mut Diagnostics::default());
-    let seen = asts.iter().map(|ast| seen_by(&of_files, ast));
-    seen.fold(OwnUnits::default(), |all, seen| all.and(&seen))
+    let units = asts.iter().map(|ast| seen_by(&of_files, ast));
+    units.fold(OwnUnits::default(), |all, units| all.and(&units))
 }
 
-/// The same as numbers of units of the language.
+/// [`all`] as numbers of units of the language.
 pub fn declared(asts: &[Ast]) -> Vec<DeclaredUnit> {
     let one = |(symbol, unit): (&str, OwnUnit)| DeclaredUnit {
         symbol: symbol.to_owned(),
@@ -55,7 +55,7 @@ pub fn declared(asts: &[Ast]) -> Vec<DeclaredUnit> {
     all(asts).iter().map(one).collect()
 }
 
-/// Gives units to the numbers of an expression that stands in no file.
+/// Links units in an expression that belongs to no file.
 pub(crate) fn know_in(expr: &mut Expr, own: &OwnUnits) {
     visit::units_of_expression_mut(expr, &mut |unit| unit.own = own.clone());
 }
@@ -66,7 +66,7 @@ fn declares(ast: &Ast) -> bool {
     any
 }
 
-/// What each file declares, and what it imports.
+/// The declarations and imports of each file.
 struct OfFile {
     declared: OwnUnits,
     imports: Vec<SourceId>,
@@ -81,18 +81,18 @@ fn of_files(asts: &[Ast], diagnostics: &mut Diagnostics) -> BTreeMap<SourceId, O
         is_library: ast.model.is_none(),
     };
     of_files.extend(asts.iter().map(|ast| (ast.source, empty(ast))));
-    // Libraries stand behind those that import them.
+    // Libraries come after the files that import them.
     for ast in asts.iter().rev() {
-        let seen = seen_by(&of_files, ast);
-        let declared = declared_in(ast, &seen, diagnostics);
+        let units = seen_by(&of_files, ast);
+        let declared = declared_in(ast, &units, diagnostics);
         of_files.insert(ast.source, OfFile { declared, ..empty(ast) });
     }
     of_files
 }
 
-/// What a file and its libraries declare, the nearest first.
+/// The declarations of a file and its libraries, the nearest first.
 fn seen_by(of_files: &BTreeMap<SourceId, OfFile>, ast: &Ast) -> OwnUnits {
-    let mut seen = BTreeSet::from([ast.source]);
+    let mut visited = BTreeSet::from([ast.source]);
     let mut pending = vec![ast.source];
     let mut units = OwnUnits::default();
     while let Some(source) = pending.pop() {
@@ -101,12 +101,12 @@ fn seen_by(of_files: &BTreeMap<SourceId, OfFile>, ast: &Ast) -> OwnUnits {
             continue;
         }
         units = units.and(&file.declared);
-        pending.extend(file.imports.iter().filter(|import| seen.insert(**import)));
+        pending.extend(file.imports.iter().filter(|import| visited.insert(**import)));
     }
     units
 }
 
-/// The units that a file declares, in the order in which each needs those before it.
+/// The units that a file declares, ordered so that each needs only earlier ones.
 fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> OwnUnits {
     let mut waiting: Vec<(&Name, &Expr)> = Vec::new();
     visit::items(&ast.items, &mut |item: &Item| {
@@ -120,10 +120,11 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
         let names: Vec<&str> = waiting.iter().map(|(name, _)| name.text.as_str()).collect();
         let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
         waiting.retain(|(name, value)| {
-            let own = known.iter().map(|(symbol, (unit, _))| (symbol.clone(), *unit)).collect();
-            let own = OwnUnits::new(own).and(seen);
+            let declared_units =
+                known.iter().map(|(symbol, (unit, _))| (symbol.clone(), *unit)).collect();
+            let units = OwnUnits::new(declared_units).and(seen);
             let others = names.iter().filter(|other| **other != name.text);
-            match value_of(name, value, &own, others, diagnostics) {
+            match value_of(name, value, &units, others, diagnostics) {
                 Value::Known(unit) => {
                     take(name, unit, &mut known, diagnostics);
                     false
@@ -143,12 +144,12 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
     OwnUnits::new(known.into_iter().map(|(symbol, (unit, _))| (symbol, unit)).collect())
 }
 
-/// What is known of a unit's value.
+/// The value of a unit.
 enum Value {
     Known(OwnUnit),
-    /// It reads a unit that is not known yet.
+    /// It depends on a unit that is not resolved yet.
     Waits,
-    /// What is wrong has been reported.
+    /// An error that has been reported.
     Wrong,
 }
 
@@ -192,7 +193,7 @@ fn mentions(text: &str, symbol: &str) -> bool {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == symbol)
 }
 
-/// Takes a unit in; two declarations of one value are one.
+/// Adds a unit; equal declarations count as one.
 fn take(
     name: &Name,
     unit: OwnUnit,

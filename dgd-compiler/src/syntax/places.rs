@@ -245,13 +245,16 @@ fn placeless_arguments(arguments: &[Argument]) -> Vec<Argument> {
 }
 
 fn placeless_points(points: &Points) -> Points {
-    let all = |numbers: &[Expr]| numbers.iter().map(placeless).collect();
+    let placeless_numbers = |numbers: &[Expr]| numbers.iter().map(placeless).collect();
     match points {
         Points::Written(points) => {
-            let point = |p: &Point| Point { span: Span::default(), numbers: all(&p.numbers) };
+            let point =
+                |p: &Point| Point { span: Span::default(), numbers: placeless_numbers(&p.numbers) };
             Points::Written(points.iter().map(point).collect())
         }
-        Points::Columns(columns) => Points::Columns([all(&columns[0]), all(&columns[1])]),
+        Points::Columns(columns) => {
+            Points::Columns([placeless_numbers(&columns[0]), placeless_numbers(&columns[1])])
+        }
         Points::File { path, .. } => {
             Points::File { path: path.clone(), path_span: Span::default(), rows: None }
         }

@@ -1,8 +1,7 @@
 //! From [`Ast`] back to text.
 //!
-//! The text is plain and complete; [`super::layout`] makes columns of it. Printing a parsed tree and
-//! parsing the text gives the same tree, places aside. A tree that was put together otherwise gets
-//! the parentheses it needs.
+//! The text is plain and complete; [`super::layout`] aligns it. Printing a parsed tree and parsing the text gives the
+//! same tree, apart from places. Trees from other sources get the parentheses they need.
 
 use std::fmt::Write as _;
 
@@ -29,7 +28,7 @@ pub fn print(ast: &Ast) -> String {
     printer.out
 }
 
-/// The text of an item, laid out no further.
+/// The text of an item, without layout.
 pub fn print_item(item: &Item) -> String {
     let mut printer = Printer { out: String::new(), depth: 0 };
     printer.items(std::slice::from_ref(item));
@@ -50,13 +49,13 @@ pub fn print_every(period: &Expr, offset: Option<&Expr>) -> String {
     format!("every {period}{}", offset.unwrap_or_default())
 }
 
-/// Puts the parentheses into a tree that its text needs, so that printing and parsing it gives the
-/// same tree. A sum that begins with a sum needs none and becomes one, and so does a product.
+/// Adds the parentheses needed to read a tree's text back as the same tree. A sum that begins with a sum needs none and
+/// is merged with it, and so is a product.
 pub fn parenthesise(expr: &mut Expr) {
     parenthesise_at(expr, Binding::Or, Position::Last);
 }
 
-/// The parentheses that [`expression`] would write.
+/// Adds the parentheses that [`expression`] would write.
 fn parenthesise_at(expr: &mut Expr, least: Binding, position: Position) {
     let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == Position::Inner;
     if binding(&expr.kind) < least || reaches_on {
@@ -128,7 +127,7 @@ fn parenthesise_list<'a>(
     }
 }
 
-/// How tightly operators bind, loosest first.
+/// Precedence of operators, loosest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
     Or,
@@ -142,8 +141,8 @@ enum Binding {
     Operand,
 }
 
-/// Whether more of the expression follows a part: an `if` reaches as far as it can, and must
-/// be closed off before that.
+/// Whether the expression continues after a part: an `if` extends as far as possible, and needs parentheses in that
+/// case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Position {
     Inner,
@@ -188,7 +187,7 @@ fn print_counters(counters: &[Counter]) -> String {
     counters.iter().map(print).collect::<Vec<_>>().join(", ")
 }
 
-/// Writes an expression where one at least this tight is read back.
+/// Writes an expression, in parentheses unless it binds at least this tightly.
 fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position) {
     let reaches_on = matches!(expr.kind, ExprKind::If(..)) && position == Position::Inner;
     if binding(&expr.kind) < least || reaches_on {
@@ -281,7 +280,7 @@ fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position)
     }
 }
 
-/// Operands with the signs before them, that of the first left out.
+/// Operands with the signs before them, except that of the first.
 fn list<'a>(
     out: &mut String,
     operands: impl ExactSizeIterator<Item = (&'static str, &'a Expr)>,
@@ -337,7 +336,7 @@ impl Printer {
         }
     }
 
-    /// An effect as people write one: what it is, what it brings, what it changes.
+    /// An effect in the usual order: its description, its items, its changes.
     fn effect(&mut self, effect: &EffectHeader, items: &[Item]) {
         self.doc(&effect.doc);
         let target = match &effect.target {
@@ -350,7 +349,7 @@ impl Printer {
         self.line(&format!("effect {}{target}", effect.name.text));
         let is_about_itself =
             |clause: &&Clause| matches!(clause.kind, ClauseKind::Kind(_) | ClauseKind::Form(_));
-        // The order among clauses is kept; where both sorts alternate, all stand in front.
+        // The order of clauses is kept; if both kinds alternate, all come first.
         let n_first = effect.clauses.iter().take_while(is_about_itself).count();
         let (first, last) = effect.clauses.split_at(n_first);
         for clause in first {
@@ -536,7 +535,7 @@ impl Printer {
         self.reaction(&head, resets);
     }
 
-    /// What happens, and the resets that follow.
+    /// An event, and its resets.
     fn reaction(&mut self, head: &str, resets: &[Reset]) {
         if resets.is_empty() {
             self.line(head);
@@ -576,7 +575,7 @@ fn print_arguments(arguments: &[Argument]) -> String {
     arguments.iter().map(argument).collect::<Vec<_>>().join(", ")
 }
 
-/// What a table says, from its `=` or `at` on.
+/// The points of a table, from its `=` or `at` on.
 fn print_points(points: &Points) -> String {
     let list = |numbers: &[Expr]| {
         let numbers: Vec<String> = numbers.iter().map(print_expression).collect();
@@ -597,13 +596,13 @@ fn print_points(points: &Points) -> String {
     }
 }
 
-/// Attributes with a blank in front, as they stand behind a declaration or an equation.
+/// Attributes with a leading blank, as they follow a declaration or an equation.
 fn print_attributes(attributes: &[Attribute]) -> String {
     let words: Vec<String> = attributes.iter().map(|a| print_attribute(&a.kind)).collect();
     if words.is_empty() { String::new() } else { format!(" {}", words.join(", ")) }
 }
 
-/// `x falls below e`, or several of that, joined by `or`.
+/// `x falls below e`, or several conditions joined by `or`.
 pub(crate) fn print_condition(reaction: &Reaction) -> String {
     print_conditions(&reaction.conditions)
 }
@@ -620,7 +619,7 @@ fn print_conditions(all: &[Condition]) -> String {
     all.iter().map(one).collect::<Vec<_>>().join(" or ")
 }
 
-/// An index as it stands between brackets, without blanks where it needs none.
+/// An index in brackets, without unnecessary blanks.
 fn print_index(index: &Expr) -> String {
     let text = print_expression(index);
     if text.split(' ').any(|piece| RESERVED.contains(&piece)) {
@@ -630,7 +629,7 @@ fn print_index(index: &Expr) -> String {
     }
 }
 
-/// `[1..N]` or `[i in 1..N]` for each.
+/// `[1..N]` or `[i in 1..N]` for each axis.
 fn print_axes(axes: &[Axis]) -> String {
     let of_one = |Axis { index, range }: &Axis| {
         let index = index.as_ref().map(|index| format!("{} in ", index.text)).unwrap_or_default();

@@ -1,11 +1,11 @@
-//! Renaming what items declare and read, as an effect or a part gets its names in the model.
+//! Renames declarations and reads in items when an effect or a part gets its names in the model.
 
 use std::collections::BTreeMap;
 
 use super::ast::{Expr, ExprKind, Item, Name};
 use super::visit::{self, Namespace, Part, Role};
 
-/// Old names, each with the new one.
+/// Old names, each with its new one.
 #[derive(Debug, Default)]
 pub(crate) struct Renaming {
     map: BTreeMap<(Namespace, String), String>,
@@ -29,7 +29,7 @@ impl Renaming {
         }
     }
 
-    /// Renames what an expression reads and calls, except names that are hidden by arguments.
+    /// Renames the names that an expression reads and calls, except names that are hidden by arguments.
     pub(crate) fn rename_in(&self, expr: &mut Expr, hidden: &[&str]) {
         let renamed = |name: &str| {
             let is_hidden = hidden.contains(&name);
@@ -53,7 +53,7 @@ impl Renaming {
         }
     }
 
-    /// Renames what an item declares, reads and calls.
+    /// Renames the names that an item declares, reads and calls.
     pub(crate) fn rename_item(&self, item: &mut Item) {
         visit::parts_mut(item, &mut |part| match part {
             Part::Declares(namespace, name) => self.rename(namespace, name),
@@ -74,7 +74,7 @@ impl Renaming {
     }
 }
 
-/// Gives a name that an expression reads another one.
+/// Renames a name that an expression reads.
 fn rename_name(expr: &mut Expr, old: &str, new: &str) {
     if let ExprKind::Name(name) = &mut expr.kind
         && name == old

@@ -1,8 +1,8 @@
 //! Points of tables from files: `table eta(q [lpm]) [1] from "eta.csv"`.
 //!
 //! A file has a header line, `q [lpm],eta [1]`, with a column for each argument and one for the table, in any order;
-//! others are left alone. Lines that begin with `#` are remarks. A number keeps its place, so that a mistake is shown
-//! with its row.
+//! other columns are ignored. Lines that begin with `#` are remarks. Numbers keep their places, so that errors show
+//! their rows.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use super::visit;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::source::{SourceId, Sources, Span};
 
-/// How the names of such files end.
+/// File extensions of tables.
 pub(super) const ENDINGS: [&str; 2] = [".csv", ".csv.gz"];
 
 /// A cell: its text without blanks and quotes around it, and its place.
@@ -21,7 +21,7 @@ struct Cell<'a> {
     span: Span,
 }
 
-/// The points that a file has for a table.
+/// The points for a table in a file.
 pub(super) fn points(
     item: &ItemKind,
     file: SourceId,
@@ -65,7 +65,7 @@ fn columns(
     place: Span,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<(usize, Unit)>, Reported> {
-    let mut found = Vec::new();
+    let mut columns = Vec::new();
     for wanted in arguments.iter().map(|a| &a.name).chain([name]) {
         let mut matching = header.iter().enumerate().filter(|(_, cell)| {
             cell.text.split('[').next().is_some_and(|own| own.trim() == wanted.text)
@@ -90,9 +90,9 @@ fn columns(
                 Diagnostic::new(Code::E609, again.span, message).label(cell.span, "first here"),
             ));
         }
-        found.push((position, unit_of(cell, diagnostics)?));
+        columns.push((position, unit_of(cell, diagnostics)?));
     }
-    Ok(found)
+    Ok(columns)
 }
 
 /// The unit between the brackets of a header.
@@ -108,7 +108,7 @@ fn unit_of(cell: &Cell<'_>, diagnostics: &mut Diagnostics) -> Result<Unit, Repor
     Ok(Unit::new(cell.span, inside.trim()))
 }
 
-/// What the header has to be.
+/// The expected header.
 fn header_of(name: &Name, arguments: &[Argument]) -> String {
     let names = arguments.iter().map(|argument| &argument.name).chain([name]);
     let columns: Vec<String> = names.map(|name| format!("{} [unit]", name.text)).collect();
@@ -146,7 +146,7 @@ fn point(
     Ok(Point { span, numbers })
 }
 
-/// Lines that are neither blank nor remarks, cut at commas.
+/// Lines that are neither blank nor remarks, split at commas.
 fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Span)> {
     let mut start = 0;
     text.split_inclusive('\n').filter_map(move |line| {
@@ -156,13 +156,13 @@ fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Sp
         let is_remark = line.is_empty() || line.starts_with('#');
         (!is_remark).then(|| {
             let span = place(source, begin, begin + line.len());
-            let mut at = begin;
+            let mut position = begin;
             let cells = line.split(',').map(|cell| {
-                let own = at;
-                at += cell.len() + 1;
+                let cell_start = position;
+                position += cell.len() + 1;
                 let blank = |c: char| c.is_whitespace() || c == '"' || c == '\u{feff}';
                 let text = cell.trim_matches(blank);
-                let first = own + (cell.len() - cell.trim_start_matches(blank).len());
+                let first = cell_start + (cell.len() - cell.trim_start_matches(blank).len());
                 Cell { text, span: place(source, first, first + text.len()) }
             });
             (cells.collect(), span)
@@ -171,11 +171,11 @@ fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Sp
 }
 
 fn place(source: SourceId, start: usize, end: usize) -> Span {
-    let at = |byte: usize| u32::try_from(byte).unwrap_or(u32::MAX);
-    Span { source, start: at(start), end: at(end) }
+    let byte_position = |byte: usize| u32::try_from(byte).unwrap_or(u32::MAX);
+    Span { source, start: byte_position(start), end: byte_position(end) }
 }
 
-/// The files that tables of these trees were read from.
+/// The files of the tables in these trees.
 pub fn files(asts: &[Ast]) -> BTreeSet<SourceId> {
     let mut files = BTreeSet::new();
     for ast in asts {
@@ -190,7 +190,7 @@ pub fn files(asts: &[Ast]) -> BTreeSet<SourceId> {
     files
 }
 
-/// The points of a table that stand in a file.
+/// The points of a table that are read from a file.
 pub(super) fn file_of(item: &mut ItemKind) -> Option<&mut Points> {
     match item {
         ItemKind::Table { points: points @ Points::File { .. }, .. } => Some(points),

@@ -1,4 +1,4 @@
-//! Whole files: trees, what is wrong with a text, and back to the text.
+//! Whole files: their trees, their errors, and their text printed again.
 
 use std::fmt::Write as _;
 
@@ -29,7 +29,7 @@ fn codes(text: &str) -> Vec<String> {
     }
 }
 
-/// Texts with pieces of themselves, or of the language, put where they do not belong.
+/// Texts with pieces of themselves, or of the language, inserted at random places.
 pub(super) fn mutated(text: &str, count: usize) -> impl Iterator<Item = String> {
     const PIECES: &[&str] = &[
         "(",
@@ -74,8 +74,7 @@ pub(super) fn mutated(text: &str, count: usize) -> impl Iterator<Item = String> 
         "é",
         "\u{feff}",
     ];
-    // A linear congruential generator (Knuth's MMIX constants) is random enough, and the same
-    // everywhere.
+    // A linear congruential generator (Knuth's MMIX constants) is random enough, and reproducible.
     let mut state = 1_u64;
     let mut below = move |n: usize| {
         state =
@@ -197,7 +196,7 @@ fn the_example_is_read_whole() {
     assert_eq!(ast.model.as_ref().unwrap().name.text, "mud_circulation");
     let before = CIRCULATION.lines().take_while(|line| !line.starts_with("model"));
     assert_eq!(ast.model.as_ref().unwrap().doc.len(), before.count());
-    // Each item of this file begins a line of its own.
+    // Each item of this file starts on a line of its own.
     let begins = |line: &&str| line.starts_with(|c: char| c.is_alphabetic());
     assert_eq!(ast.items.len() + 1, CIRCULATION.lines().filter(begins).count());
     assert_eq!(ast.items[3].doc, ["subsea pump inlet, below the rig floor"]);
@@ -333,7 +332,7 @@ fn mistakes_have_their_codes() {
 
 #[test]
 fn every_syntax_code_has_an_example_that_is_wrong_and_one_that_is_right() {
-    // A nesting of 128 does not fit a page, and whether a model line is needed depends on the use.
+    // A nesting of 128 does not fit a page, and whether a model line is required depends on the use.
     let not_here = [Code::E106, Code::E113];
     for info in CODES.iter().filter(|i| i.code < Code::E201 && !not_here.contains(&i.code)) {
         let (_, examples) = info.explanation.split_once("\nWrong:\n\n").unwrap();
@@ -388,7 +387,7 @@ fn long_sums_are_no_nesting_and_many_items_take_no_time() {
         let _ = writeln!(many, "equation e{i}: der(x{i}) = -a*(x{i} - (b + (c*x{i})))^2");
     }
     assert_eq!(read(&many).unwrap().items.len(), 10_000);
-    // As many mistakes as the file has lines.
+    // As many errors as the file has lines.
     assert!(read(&"let a = = 1\n".repeat(20_000)).is_err());
     assert!(read(&"§\n".repeat(20_000)).is_err());
 }

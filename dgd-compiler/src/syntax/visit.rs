@@ -1,14 +1,14 @@
-//! Walks over the parts of a tree, written once for everything that renames, replaces or compares.
+//! Traversals of the parts of a tree, for renaming, replacing and comparing.
 
 use super::ast::{
     Argument, Attribute, AttributeKind, Choice, Condition, Counter, Expr, ExprKind, Item, ItemKind,
     LocalLet, Name, Range, Reaction, Reduction, Reset, StartRule, Transition, Unit,
 };
 
-/// Names of one set differ from each other; those of two sets need not.
+/// Names of one namespace differ from each other; those of two need not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Namespace {
-    /// What expressions can read or call.
+    /// Names that expressions can read or call.
     Value,
     /// Outputs.
     Output,
@@ -22,18 +22,18 @@ pub enum Namespace {
     Part,
 }
 
-/// What an expression is for in its item.
+/// The role of an expression in its item.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Role<'a> {
     /// The value of a constant or a parameter, or an attribute.
     Declaration,
-    /// The start value of an unknown, a side of a start equation, or the condition of a mode to start in.
+    /// The start value of an unknown, a side of a start equation, or the condition of an initial mode.
     Start,
     /// The value of a `let`, or a number of a table.
     Let(&'a Name),
-    /// The body of a function, or one of its `let`s, with what these may be called by names of its own.
+    /// The body of a function, or one of its `let`s, with the function's local names.
     Body(&'a Name, &'a [Argument]),
-    /// What an output reads.
+    /// The value of an output.
     Output(&'a Name),
     /// The noise of an output, which it may read by its own name.
     Noise(&'a Name),
@@ -58,7 +58,7 @@ pub enum Part<'a> {
     Expr(Role<'a>, &'a mut Expr),
 }
 
-/// Visits the parts of an item, and of the items within it, in the order written.
+/// Visits the parts of an item, and of nested items, in the order written.
 ///
 /// The order is the same for two items that differ only in names, units and expressions.
 pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
@@ -142,8 +142,8 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             attributes(all, visit);
         }
         ItemKind::Output { name, unit, value, attributes: all } => {
-            // Its noise reads it by the name that it has now.
-            let own = name.clone();
+            // Its noise reads it by its current name.
+            let reader = name.clone();
             visit(Part::Declares(Namespace::Output, name));
             visit(Part::Unit(unit));
             if let Some(value) = value {
@@ -151,7 +151,7 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
             for attribute in all {
                 if let AttributeKind::Noise(size) = &mut attribute.kind {
-                    visit(Part::Expr(Role::Noise(&own), size));
+                    visit(Part::Expr(Role::Noise(&reader), size));
                 }
             }
         }
@@ -237,7 +237,7 @@ pub fn attribute_expressions(attribute: &Attribute) -> Vec<&Expr> {
     }
 }
 
-/// The expressions of an attribute, to be changed.
+/// The expressions of an attribute, mutable.
 pub fn attribute_expressions_mut(attribute: &mut Attribute) -> Vec<&mut Expr> {
     match &mut attribute.kind {
         AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),
@@ -257,7 +257,7 @@ pub fn attribute_expressions_mut(attribute: &mut Attribute) -> Vec<&mut Expr> {
     }
 }
 
-/// What is known before a run: indices.
+/// Index expressions, which are constant.
 fn declarations(all: &mut [Expr], visit: &mut dyn FnMut(Part<'_>)) {
     for expr in all {
         visit(Part::Expr(Role::Declaration, expr));
@@ -275,13 +275,13 @@ fn items_of_choices(choices: &mut [Choice], visit: &mut dyn FnMut(Part<'_>)) {
     }
 }
 
-/// What a function knows by names of its own: its arguments and its `let`s.
+/// The local names of a function: its arguments and its `let`s.
 pub fn locals(arguments: &[Argument], lets: &[LocalLet]) -> Vec<Argument> {
     let of_let = |local: &LocalLet| Argument { name: local.name.clone(), unit: None };
     arguments.iter().cloned().chain(lets.iter().map(of_let)).collect()
 }
 
-/// The sides of conditions, and the resets when one is met.
+/// The sides of conditions, and their resets.
 fn reaction(conditions: &mut [Condition], resets: &mut [Reset], visit: &mut dyn FnMut(Part<'_>)) {
     for Condition { left, right, .. } in conditions {
         visit(Part::Expr(Role::Transition, left));
@@ -294,7 +294,7 @@ fn reaction(conditions: &mut [Condition], resets: &mut [Reset], visit: &mut dyn 
     }
 }
 
-/// Visits every unit of an item, those of its numbers included.
+/// Visits every unit of an item, including those of its numbers.
 pub fn units_of_item_mut(item: &mut Item, visit: &mut dyn FnMut(&mut Unit)) {
     parts_mut(item, &mut |part| match part {
         Part::Declares(..) | Part::Resets(_) => {}
@@ -313,7 +313,7 @@ pub fn units_of_expression_mut(expr: &mut Expr, visit: &mut dyn FnMut(&mut Unit)
     }
 }
 
-/// Visits the items and those within them, each before what it holds.
+/// Visits items and nested items, each before its content.
 pub fn items_mut(items: &mut [Item], visit: &mut dyn FnMut(&mut Item)) {
     for item in items {
         visit(item);
@@ -330,7 +330,7 @@ pub fn items_mut(items: &mut [Item], visit: &mut dyn FnMut(&mut Item)) {
     }
 }
 
-/// Visits the items and those within them, each before what it holds.
+/// Visits items and nested items, each before its content.
 pub fn items<'a>(all: &'a [Item], visit: &mut dyn FnMut(&'a Item)) {
     for item in all {
         visit(item);
@@ -368,7 +368,7 @@ pub fn operands(expr: &Expr) -> Vec<&Expr> {
     }
 }
 
-/// The operands of an expression, to be changed.
+/// The operands of an expression, mutable.
 pub fn operands_mut(expr: &mut Expr) -> Vec<&mut Expr> {
     match &mut expr.kind {
         ExprKind::Number { .. } | ExprKind::Name(_) => Vec::new(),

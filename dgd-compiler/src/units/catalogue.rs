@@ -1,10 +1,10 @@
-//! The units the language knows, one row each.
+//! The units of the language, one row each.
 //!
-//! The parser, the messages and the documentation read this table. A unit is added by a row.
+//! The parser, the messages and the documentation read this table. To add a unit, add a row.
 
 use super::{Datum, Dimension, Exponent, Unit};
 
-/// Pa between the zeros of absolute and gauge pressure: the standard atmosphere.
+/// Difference between gauge and absolute pressure, Pa: the standard atmosphere.
 pub const STANDARD_ATMOSPHERE: f64 = 101_325.0;
 
 /// One unit of the catalogue.
@@ -14,31 +14,31 @@ pub struct Row {
     pub symbol: &'static str,
     /// Other spellings.
     pub aliases: &'static [&'static str],
-    /// What it measures.
+    /// Its dimension.
     pub dimension: Dimension,
-    /// SI units in one of it, as a quotient. Both parts are exact wherever the definition is, so
-    /// that compositions such as `l/min` are rounded once, at the very end.
+    /// Its size in SI units, as a quotient. Both parts are exact if the definition is, so that compositions such as
+    /// `l/min` are rounded once, at the end.
     pub factor: (f64, f64),
-    /// SI value at its zero, where that is not zero.
+    /// SI value at its zero, if that differs from zero.
     pub offset: f64,
-    /// Whether SI prefixes may stand before it.
+    /// Whether it allows SI prefixes.
     pub prefixes: Prefixes,
-    /// Which zero a pressure is counted from, where the unit says so.
+    /// The datum of a pressure unit that specifies one.
     pub datum: Option<Datum>,
-    /// What it is, in one line.
+    /// A one-line description.
     pub doc: &'static str,
 }
 
-/// Whether SI prefixes may stand before a unit.
+/// Whether a unit allows SI prefixes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Prefixes {
-    /// `k`, `m`, … may stand before it.
+    /// With `k`, `m`, … in front.
     Allowed,
-    /// Only as it is.
+    /// Without prefixes.
     None,
 }
 
-/// SI prefixes: symbol, spellings beside it, and factor as a quotient.
+/// SI prefixes: symbol, other spellings, and factor as a quotient.
 pub const PREFIXES: &[(&str, f64, f64)] = &[
     ("T", 1e12, 1.0),
     ("G", 1e9, 1.0),
@@ -121,22 +121,22 @@ impl Row {
         }
     }
 
-    /// The same with SI prefixes.
+    /// The unit with SI prefixes allowed.
     const fn with_prefixes(self) -> Row {
         Row { prefixes: Prefixes::Allowed, ..self }
     }
 
-    /// The same with other spellings.
+    /// The unit with other spellings.
     const fn or(self, aliases: &'static [&'static str]) -> Row {
         Row { aliases, ..self }
     }
 
-    /// The same counted from a zero elsewhere.
+    /// The unit with an offset.
     const fn zero_at(self, offset: f64) -> Row {
         Row { offset, ..self }
     }
 
-    /// The same with a labelled zero of pressure.
+    /// The unit with a pressure datum.
     const fn counted_from(self, datum: Datum) -> Row {
         Row { datum: Some(datum), ..self }
     }
@@ -254,7 +254,7 @@ pub static CATALOGUE: &[Row] = &[
     Row::of("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
 ];
 
-/// The row and factor of a symbol: as it stands, else as a prefix and a unit.
+/// The row and factor of a symbol: a whole symbol, or else a prefix and a unit.
 pub(super) fn find(symbol: &str) -> Option<(&'static Row, (f64, f64))> {
     let exact = |symbol: &str| CATALOGUE.iter().find(|row| row.spellings().any(|s| s == symbol));
     if let Some(row) = exact(symbol) {
@@ -274,20 +274,20 @@ fn reduced(up: f64, down: f64) -> (f64, f64) {
 
 /// Every accepted symbol, for suggestions.
 pub(super) fn all_spellings() -> Vec<String> {
-    let mut all = Vec::new();
+    let mut spellings = Vec::new();
     for row in CATALOGUE {
         for spelling in row.spellings() {
-            all.push(spelling.to_owned());
+            spellings.push(spelling.to_owned());
             if row.prefixes == Prefixes::Allowed {
-                all.extend(PREFIXES.iter().map(|(prefix, ..)| format!("{prefix}{spelling}")));
+                spellings.extend(PREFIXES.iter().map(|(prefix, ..)| format!("{prefix}{spelling}")));
             }
         }
     }
-    all
+    spellings
 }
 
-/// A unit in which a dimension can be read: a named one such as `Pa` where there is one, otherwise
-/// one of base units such as `kg/m^4`; `1` for plain numbers.
+/// A unit for values of a dimension: a named one such as `Pa` if there is one, otherwise one of base units such as
+/// `kg/m^4`; `1` for plain numbers.
 pub fn describe(dimension: Dimension) -> String {
     // Names of coherent units that involve mass or current; 1/s could be Hz or rad/s.
     let named = CATALOGUE.iter().find(|row| {
@@ -322,7 +322,7 @@ pub fn describe(dimension: Dimension) -> String {
     }
 }
 
-/// What to ask where two dimensions ought to be one, and a `C` may have been meant for a `°C`.
+/// A question for two dimensions that should agree, if a `C` may have been meant as `°C`.
 pub fn which_is_meant(one: Dimension, other: Dimension) -> Option<String> {
     let apart = one.over(other)?;
     let is_meant = |a: Dimension, b: Dimension| a.over(b) == Some(apart);
@@ -332,9 +332,9 @@ pub fn which_is_meant(one: Dimension, other: Dimension) -> Option<String> {
     })
 }
 
-/// Converts a value at the model's edge, between units of one dimension.
+/// Converts a value at the model's interface, between units of one dimension.
 ///
-/// Where both units label their zero and the labels differ, the standard atmosphere comes in.
+/// If both units have a datum and these differ, adds or subtracts the standard atmosphere.
 pub fn convert(value: f64, from: &Unit, to: &Unit) -> f64 {
     let si = from.to_si(value);
     let si = match (from.datum, to.datum) {

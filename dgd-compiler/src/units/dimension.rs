@@ -13,7 +13,7 @@ impl Exponent {
     /// Zero.
     pub const ZERO: Exponent = Exponent { numerator: 0, denominator: 1 };
 
-    /// n/d in lowest terms; `None` where d is zero or the result does not fit.
+    /// n/d in lowest terms; `None` if d is zero or the result does not fit.
     pub fn new(numerator: i64, denominator: i64) -> Option<Exponent> {
         if denominator == 0 {
             return None;
@@ -29,7 +29,7 @@ impl Exponent {
         })
     }
 
-    /// The fraction a number stands for, where it is one with a denominator up to 64.
+    /// The fraction equal to a number, if there is one with a denominator up to 64.
     pub fn from_f64(x: f64) -> Option<Exponent> {
         (1..=64i32).find_map(|d| {
             let n = x * f64::from(d);
@@ -50,7 +50,7 @@ impl Exponent {
         Exponent::new(a * d + c * b, b * d)
     }
 
-    /// The product; `None` where it does not fit.
+    /// The product; `None` if it does not fit.
     pub fn times(self, other: Exponent) -> Option<Exponent> {
         Exponent::new(
             i64::from(self.numerator) * i64::from(other.numerator),
@@ -76,18 +76,18 @@ pub const BASE_UNITS: [&str; 7] = ["kg", "m", "s", "A", "K", "mol", "cd"];
 pub struct Dimension([Exponent; 7]);
 
 impl Dimension {
-    /// Of a plain number.
+    /// The dimension of a plain number.
     pub const ONE: Dimension = Dimension([Exponent::ZERO; 7]);
 
-    /// Of integer exponents, in the order of [`BASE_UNITS`].
+    /// A dimension of integer exponents, in the order of [`BASE_UNITS`].
     pub const fn of(exponents: [i32; 7]) -> Dimension {
-        let mut all = [Exponent::ZERO; 7];
+        let mut fractions = [Exponent::ZERO; 7];
         let mut i = 0;
         while i < 7 {
-            all[i] = Exponent { numerator: exponents[i], denominator: 1 };
+            fractions[i] = Exponent { numerator: exponents[i], denominator: 1 };
             i += 1;
         }
-        Dimension(all)
+        Dimension(fractions)
     }
 
     /// Exponents in the order of [`BASE_UNITS`].
@@ -100,24 +100,24 @@ impl Dimension {
         other: Dimension,
         f: impl Fn(Exponent, Exponent) -> Option<Exponent>,
     ) -> Option<Dimension> {
-        let mut all = [Exponent::ZERO; 7];
-        for (out, (a, b)) in all.iter_mut().zip(self.0.into_iter().zip(other.0)) {
+        let mut combined = [Exponent::ZERO; 7];
+        for (out, (a, b)) in combined.iter_mut().zip(self.0.into_iter().zip(other.0)) {
             *out = f(a, b)?;
         }
-        Some(Dimension(all))
+        Some(Dimension(combined))
     }
 
-    /// Of a product; `None` where an exponent no longer fits.
+    /// The dimension of a product; `None` if an exponent does not fit.
     pub fn times(self, other: Dimension) -> Option<Dimension> {
         self.combine(other, Exponent::add)
     }
 
-    /// Of a quotient.
+    /// The dimension of a quotient.
     pub fn over(self, other: Dimension) -> Option<Dimension> {
         self.times(other.power(Exponent::new(-1, 1)?)?)
     }
 
-    /// Of a power.
+    /// The dimension of a power.
     pub fn power(self, exponent: Exponent) -> Option<Dimension> {
         self.combine(self, |a, _| a.times(exponent))
     }

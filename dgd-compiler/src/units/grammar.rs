@@ -7,7 +7,7 @@
 //! exponent = "-"? digits | "(" "-"? digits ("/" digits)? ")"
 //! ```
 //!
-//! Blanks may stand between any two of these. What a symbol means is looked up by [`super::read`].
+//! Blanks are allowed between any two of these. [`super::read`] resolves the symbols.
 
 use std::ops::Range;
 
@@ -21,32 +21,32 @@ use nom::{Err, IResult, Parser};
 
 use super::Exponent;
 
-/// How deep parentheses may nest in a unit.
+/// Limit on the nesting of parentheses in a unit.
 const NESTING: usize = 16;
 
 /// A symbol to a power.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Factor {
-    /// As written, without digits after it.
+    /// Its text, without the digits after it.
     pub(crate) symbol: String,
     /// Digits directly after the symbol, which are its power unless the symbol contains them.
     pub(crate) digits: String,
     /// Bytes of symbol and digits within the text.
     pub(crate) range: Range<usize>,
-    /// Power of everything in `range`, parentheses and quotients included.
+    /// Power of everything in `range`, including that from parentheses and quotients.
     pub(crate) exponent: Exponent,
 }
 
-/// Where and what is malformed.
+/// A syntax error in a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Malformed {
     /// The byte at which reading stopped.
     pub(crate) at: usize,
-    /// What could stand there.
+    /// The expected syntax.
     pub(crate) expected: &'static str,
 }
 
-/// Reads a unit into its factors. `1` has none.
+/// Splits a unit into its factors. `1` has none.
 pub(crate) fn parse(text: &str) -> Result<Vec<Factor>, Malformed> {
     let stopped = |rest: &str, expected| Malformed { at: text.len() - rest.len(), expected };
     let mut factors = Vec::new();
@@ -62,7 +62,7 @@ pub(crate) fn parse(text: &str) -> Result<Vec<Factor>, Malformed> {
     }
 }
 
-/// Where a parser stopped, and what it was looking for.
+/// The position at which a parser stopped, and the expected syntax.
 #[derive(Debug)]
 struct Stop<'a> {
     rest: &'a str,
@@ -85,14 +85,14 @@ fn is_blank(c: char) -> bool {
     c == ' ' || c == '\t'
 }
 
-/// Skips the blanks after what a parser reads.
+/// Skips the blanks after a parser's match.
 fn lexeme<'a, T>(
     parser: impl Parser<&'a str, Output = T, Error = Stop<'a>>,
 ) -> impl Parser<&'a str, Output = T, Error = Stop<'a>> {
     terminated(parser, take_while(is_blank))
 }
 
-/// Commits to a parser and names what it looks for.
+/// Commits to a parser, with a description for errors.
 fn expect<'a, T>(
     expected: &'static str,
     parser: impl Parser<&'a str, Output = T, Error = Stop<'a>>,
@@ -196,7 +196,7 @@ fn exponent(input: &str) -> Parsed<'_, Exponent> {
     alt((caret, superscript)).parse(input)
 }
 
-/// Exponents of two digits are enough for every unit, and keep factors finite.
+/// Exponents of two digits suffice for every unit, and keep factors finite.
 fn bounded(numerator: i64, denominator: i64) -> Option<Exponent> {
     let exponent = Exponent::new(numerator, denominator)?;
     (numerator.abs() < 100 && denominator.abs() < 100).then_some(exponent)
@@ -204,8 +204,8 @@ fn bounded(numerator: i64, denominator: i64) -> Option<Exponent> {
 
 fn superscript_digit(c: char) -> Option<char> {
     const SUPERSCRIPTS: [char; 11] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹', '⁻'];
-    let at = SUPERSCRIPTS.iter().position(|&superscript| superscript == c)?;
-    "0123456789-".chars().nth(at)
+    let digit = SUPERSCRIPTS.iter().position(|&superscript| superscript == c)?;
+    "0123456789-".chars().nth(digit)
 }
 
 #[cfg(test)]

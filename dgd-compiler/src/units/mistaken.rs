@@ -1,14 +1,14 @@
-//! Units in which a number may have been meant.
+//! Units that a number may have been meant in.
 
 use super::catalogue::{CATALOGUE, Prefixes};
 use super::{Unit, grammar, parse_unit};
 
-/// Prefixes that are taken for each other.
+/// Prefixes that are easily confused.
 const PREFIXES: &[&str] = &["", "k", "m", "M", "c", "µ", "h"];
 
-/// Units of the same dimension as another that a number may have been meant in, the plainest first, each once: one
-/// of its symbols is another one of the catalogue, or a prefix and a unit of time are, as in km/h for m/s, or it is one
-/// symbol of the catalogue as a whole.
+/// Units of the same dimension in which a number may have been meant, the simplest first, each once: one symbol is
+/// replaced by another one of the catalogue, or a prefix and a unit of time are, as in km/h for m/s, or the whole unit
+/// is replaced by one symbol of the catalogue.
 pub fn mistaken(unit: &Unit) -> Vec<Unit> {
     let text = &unit.symbol;
     let Ok(factors) = grammar::parse(text) else { return Vec::new() };
@@ -44,17 +44,17 @@ pub fn mistaken(unit: &Unit) -> Vec<Unit> {
             }
         }
     }
-    let mut all: Vec<Unit> = Vec::new();
+    let mut units: Vec<Unit> = Vec::new();
     for text in texts {
         let Ok(other) = parse_unit(&text) else { continue };
         let is_same = |known: &Unit| {
             known.offset == other.offset && (known.factor / other.factor - 1.0).abs() < 1e-9
         };
-        if other.dimension == unit.dimension && !is_same(unit) && !all.iter().any(is_same) {
-            all.push(other);
+        if other.dimension == unit.dimension && !is_same(unit) && !units.iter().any(is_same) {
+            units.push(other);
         }
     }
-    all
+    units
 }
 
 /// The symbols of the catalogue, those without a prefix first.
@@ -63,7 +63,7 @@ fn symbols() -> Vec<String> {
     let with = |prefix: &'static str| {
         rows()
             .filter(move |row| prefix.is_empty() || row.prefixes == Prefixes::Allowed)
-            // Nobody records in kiloseconds.
+            // Kiloseconds are not used in practice.
             .filter(move |row| row.symbol != "s" || matches!(prefix, "" | "m" | "µ"))
             .map(move |row| format!("{prefix}{}", row.symbol))
     };
@@ -74,7 +74,7 @@ fn symbols() -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// SI of one of each, relative to one of a unit.
+    /// SI values of these units, relative to one unit.
     fn ratios(text: &str) -> Vec<(String, f64)> {
         let unit = parse_unit(text).expect("a unit");
         let ratio = |other: Unit| (other.symbol.clone(), other.factor / unit.factor);

@@ -1,4 +1,4 @@
-//! Units: what they are called, what they measure, how they convert.
+//! Units: symbols, dimensions and conversion.
 
 pub mod catalogue;
 pub mod dimension;
@@ -16,15 +16,15 @@ pub use read::{UnitError, UnitErrorKind, parse_unit, parse_unit_with, read_unit}
 /// A unit: `si = value * factor + offset`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
-    /// As written, e.g. `kg/m^4`; `1` where nothing was written.
+    /// As written, e.g. `kg/m^4`; `1` if omitted.
     pub symbol: String,
-    /// What it measures.
+    /// Its dimension.
     pub dimension: Dimension,
-    /// SI units in one of it.
+    /// Its size in SI units.
     pub factor: f64,
-    /// SI value at its zero: 273.15 for °C. Used only where values cross the model's edge.
+    /// SI value at its zero: 273.15 for °C. Used only at the model's interface.
     pub offset: f64,
-    /// Which zero a pressure is counted from, where the unit says so.
+    /// The datum of a pressure unit that specifies one.
     pub datum: Option<Datum>,
 }
 
@@ -40,13 +40,13 @@ impl Unit {
         }
     }
 
-    /// A value in this unit on the model's scale. The datum does not matter here: inside a model a
-    /// pressure is what its equations make it.
+    /// Converts a value from this unit to SI. The datum is ignored: inside a model, its equations decide whether a
+    /// pressure is absolute.
     pub fn to_si(&self, value: f64) -> f64 {
         value * self.factor + self.offset
     }
 
-    /// A value of the model's scale in this unit.
+    /// Converts a value from SI to this unit.
     pub fn from_si(&self, si: f64) -> f64 {
         (si - self.offset) / self.factor
     }
@@ -61,7 +61,7 @@ impl Unit {
             let alike = unit.dimension == self.dimension && unit.factor == self.factor;
             alike && unit.offset == 0.0 && unit.datum.is_none()
         };
-        // A label is the last letter: `bara`, `psig`.
+        // The datum is the last letter: `bara`, `psig`.
         let labelled = self.datum.and_then(|_| self.symbol.char_indices().next_back());
         let unlabelled = labelled.map(|(last, _)| &self.symbol[..last]);
         let rows = catalogue::CATALOGUE.iter().map(|row| row.symbol);
@@ -71,12 +71,12 @@ impl Unit {
     }
 }
 
-/// The zero of a labelled pressure scale.
+/// The datum of a pressure unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Datum {
-    /// From vacuum: `bara`, `psia`.
+    /// Relative to vacuum: `bara`, `psia`.
     Absolute,
-    /// From the standard atmosphere: `barg`, `psig`.
+    /// Relative to the standard atmosphere: `barg`, `psig`.
     Gauge,
 }
 

@@ -9,30 +9,30 @@ use crate::source::DeclaredUnit;
 /// A unit that a file declares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OwnUnit {
-    /// What it measures.
+    /// Its dimension.
     pub dimension: Dimension,
-    /// SI units in one of it.
+    /// Its size in SI units.
     pub factor: f64,
 }
 
 impl OwnUnit {
-    /// So many of a unit. Where that has a zero of its own, as °C, its differences count.
+    /// A multiple of a unit. The offset of a unit such as °C is ignored.
     pub fn of(value: f64, unit: &Unit) -> OwnUnit {
         OwnUnit { dimension: unit.dimension, factor: value * unit.factor }
     }
 }
 
-/// The units that a file declares and sees, by their symbols.
+/// The units that a file declares and sees, by symbol.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OwnUnits(Option<Arc<BTreeMap<String, OwnUnit>>>);
 
 impl OwnUnits {
-    /// These.
+    /// A set of these units.
     pub fn new(units: BTreeMap<String, OwnUnit>) -> OwnUnits {
         OwnUnits((!units.is_empty()).then(|| Arc::new(units)))
     }
 
-    /// Those that a model declares.
+    /// The units that a model declares.
     pub fn declared(all: &[DeclaredUnit]) -> OwnUnits {
         let one = |of: &DeclaredUnit| {
             let unit = parse_unit(&of.unit).ok()?;
@@ -51,13 +51,13 @@ impl OwnUnits {
         self.0.as_ref()?.get(symbol).copied()
     }
 
-    /// All, by their symbols.
+    /// All units, by symbol.
     pub fn iter(&self) -> impl Iterator<Item = (&str, OwnUnit)> {
-        let all = self.0.iter().flat_map(|units| units.iter());
-        all.map(|(symbol, unit)| (symbol.as_str(), *unit))
+        let pairs = self.0.iter().flat_map(|units| units.iter());
+        pairs.map(|(symbol, unit)| (symbol.as_str(), *unit))
     }
 
-    /// These, and those of others whose symbols these do not have.
+    /// These units, and those of others with different symbols.
     #[must_use]
     pub fn and(&self, others: &OwnUnits) -> OwnUnits {
         let mut units = self.0.as_deref().cloned().unwrap_or_default();

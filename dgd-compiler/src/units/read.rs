@@ -1,4 +1,4 @@
-//! From the text of a unit to its factor, offset and dimension.
+//! Reads the text of a unit: factor, offset and dimension.
 
 use std::fmt;
 use std::ops::Range;
@@ -8,49 +8,49 @@ use super::{Datum, Dimension, Exponent, OwnUnits, Unit, grammar};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::{Sources, Span};
 
-/// Why a text is not a unit.
+/// The reason why a text is not a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnitError {
-    /// The piece that is wrong, in bytes of the text; empty at its end.
+    /// The wrong piece, in bytes of the text; empty at its end.
     pub range: Range<usize>,
-    /// What is wrong with it.
+    /// The kind of error.
     pub kind: UnitErrorKind,
 }
 
-/// The ways in which a text fails to be a unit.
+/// Errors in a unit's text.
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnitErrorKind {
     /// A symbol is not in the catalogue.
     Unknown {
         /// The symbol.
         symbol: String,
-        /// What was probably meant.
+        /// The probable intention.
         suggestion: Option<String>,
     },
-    /// A logarithm of a ratio is no unit.
+    /// The logarithm of a ratio is not a unit.
     Logarithm {
         /// The symbol.
         symbol: String,
     },
-    /// A symbol is units without an operator between them.
+    /// A symbol consists of units without an operator between them.
     Product {
         /// The symbol.
         symbol: String,
-        /// The same with operators.
+        /// The units with operators.
         product: String,
     },
     /// The text does not follow the grammar of units.
     Malformed {
-        /// What could stand there.
+        /// The expected syntax.
         expected: &'static str,
     },
-    /// An exponent or a factor leaves the range of numbers.
+    /// An exponent or a factor is out of range.
     OutOfRange,
 }
 
 impl UnitError {
-    /// The diagnostic for the unit `text`, written between `brackets`: at the piece that is wrong, or
-    /// at the whole where blanks inside the brackets hide where it is. [`read_unit`] sees them.
+    /// The diagnostic for the unit `text` between `brackets`: at the wrong piece, or at the whole unit if blanks inside
+    /// the brackets hide its position. [`read_unit`] can see these.
     pub fn at(&self, text: &str, brackets: Span) -> Diagnostic {
         let Span { start, end, .. } = brackets;
         if end.saturating_sub(start) == text.len() as u32 + 2 {
@@ -60,7 +60,7 @@ impl UnitError {
         }
     }
 
-    /// The diagnostic where the unit's text begins at a byte of a source, within `brackets`.
+    /// The diagnostic for a unit whose text begins at a byte of a source, inside `brackets`.
     fn behind(&self, text_start: u32, brackets: Span) -> Diagnostic {
         let place = |at: usize| (text_start + at as u32).min(brackets.end);
         let span = Span { start: place(self.range.start), end: place(self.range.end), ..brackets };
@@ -76,7 +76,7 @@ impl UnitError {
         }
     }
 
-    /// What would be right, where that is known.
+    /// A correction, if one is known.
     pub fn help(&self) -> Option<String> {
         match &self.kind {
             UnitErrorKind::Unknown { suggestion, .. } => {
@@ -117,21 +117,21 @@ impl std::error::Error for UnitError {}
 
 /// Reads a unit such as `m^3/s`.
 ///
-/// A zero elsewhere (°C) and a labelled zero (bara) belong to a unit that stands alone. In a product
-/// or power a °C is a difference of one kelvin, and `bara` is `bar`.
+/// An offset (°C) and a datum (bara) apply only to a unit on its own. In a product or power a °C is a difference of one
+/// kelvin, and `bara` is `bar`.
 ///
 /// # Errors
 ///
-/// [`UnitError`]: the text is not a unit.
+/// [`UnitError`] if the text is not a unit.
 pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
     parse_unit_with(text, &OwnUnits::default())
 }
 
-/// Reads a unit as [`parse_unit`] does, in which units that a file declares may occur.
+/// Reads a unit like [`parse_unit`], in which units declared by a file may occur.
 ///
 /// # Errors
 ///
-/// [`UnitError`]: the text is not a unit.
+/// [`UnitError`] if the text is not a unit.
 pub fn parse_unit_with(text: &str, own: &OwnUnits) -> Result<Unit, UnitError> {
     let factors = grammar::parse(text).map_err(|malformed| {
         let length = text[malformed.at..].chars().next().map_or(0, char::len_utf8);
@@ -141,20 +141,20 @@ pub fn parse_unit_with(text: &str, own: &OwnUnits) -> Result<Unit, UnitError> {
         }
     })?;
 
-    let mut all = Unit { symbol: text.trim().to_owned(), ..Unit::one() };
+    let mut unit = Unit { symbol: text.trim().to_owned(), ..Unit::one() };
     let (mut numerator, mut denominator) = (1.0, 1.0);
     for factor in &factors {
         let out_of_range =
             || UnitError { range: factor.range.clone(), kind: UnitErrorKind::OutOfRange };
-        let found = look_up(factor, own)?;
-        let exponent = factor.exponent.times(found.digits).ok_or_else(out_of_range)?;
+        let symbol = look_up(factor, own)?;
+        let exponent = factor.exponent.times(symbol.digits).ok_or_else(out_of_range)?;
 
-        let dimension = found.dimension.power(exponent);
-        all.dimension = dimension
-            .and_then(|dimension| all.dimension.times(dimension))
+        let dimension = symbol.dimension.power(exponent);
+        unit.dimension = dimension
+            .and_then(|dimension| unit.dimension.times(dimension))
             .ok_or_else(out_of_range)?;
 
-        let (up, down) = found.factor;
+        let (up, down) = symbol.factor;
         if exponent.value() >= 0.0 {
             numerator *= power(up, exponent);
             denominator *= power(down, exponent);
@@ -163,18 +163,18 @@ pub fn parse_unit_with(text: &str, own: &OwnUnits) -> Result<Unit, UnitError> {
             denominator *= power(up, exponent);
         }
         if factors.len() == 1 && exponent.value() == 1.0 {
-            all.offset = found.offset;
-            all.datum = found.datum;
+            unit.offset = symbol.offset;
+            unit.datum = symbol.datum;
         }
-        all.factor = numerator / denominator;
-        if !all.factor.is_normal() {
+        unit.factor = numerator / denominator;
+        if !unit.factor.is_normal() {
             return Err(out_of_range());
         }
     }
-    Ok(all)
+    Ok(unit)
 }
 
-/// x^|exponent|, by multiplication where the exponent is whole, so that it is exact where it can be.
+/// x^|exponent|, by multiplication for a whole exponent, to be exact if possible.
 fn power(x: f64, exponent: Exponent) -> f64 {
     let exponent = exponent.value().abs();
     if exponent.fract() == 0.0 {
@@ -184,15 +184,15 @@ fn power(x: f64, exponent: Exponent) -> f64 {
     }
 }
 
-/// Reads the unit `text` between `brackets` of a source, or reports at the right place why it is not a unit.
-/// Units that the model declares count, where `sources` knows them.
+/// Reads the unit `text` between `brackets` of a source, or reports an error at its place. Units that the model
+/// declares are known if `sources` has them.
 ///
 /// # Errors
 ///
-/// A [`Diagnostic`]: the text is not a unit.
+/// A [`Diagnostic`] if the text is not a unit.
 pub fn read_unit(text: &str, brackets: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
     parse_unit_with(text, &OwnUnits::declared(&sources.units)).map_err(|error| {
-        // The text is what stands between the brackets, without blanks around it.
+        // The text is the content of the brackets, without surrounding blanks.
         let before = sources.text(brackets).find(text).unwrap_or(0);
         Box::new(error.behind(brackets.start + before as u32, brackets))
     })
@@ -205,11 +205,11 @@ struct Found {
     factor: (f64, f64),
     offset: f64,
     datum: Option<Datum>,
-    /// The power that digits after the symbol stand for.
+    /// The power given by digits after the symbol.
     digits: Exponent,
 }
 
-/// Words that are not units, without a plural's s, and the units they stand for.
+/// Words that are not units, without a plural s, and the corresponding units.
 const SPELLED_OUT: &[(&str, &str)] = &[
     ("second", "s"),
     ("minute", "min"),
@@ -240,10 +240,10 @@ const SPELLED_OUT: &[(&str, &str)] = &[
     ("revolution", "rev"),
 ];
 
-/// No three units with prefixes are longer, in bytes.
+/// Length limit in bytes: no three units with prefixes are longer.
 const LONGEST_PRODUCT: usize = 24;
 
-/// Logarithms of ratios that are written as units are.
+/// Logarithms of ratios that look like units.
 const LOGARITHMS: &[&str] = &["dB", "dBA", "dBm", "dBV", "dBu", "dBi", "dBFS", "Np"];
 
 fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError> {
@@ -253,7 +253,7 @@ fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError>
         if factor.digits.is_empty() || find(&whole).is_some() || own.get(&whole).is_some() {
             (&whole, one)
         } else {
-            // m3 is m^3; more than one digit is a slip.
+            // m3 is m^3; several digits are a typing error.
             let digit = (factor.digits.len() == 1).then(|| factor.digits.parse().ok()).flatten();
             (&factor.symbol, digit.and_then(|digit| Exponent::new(digit, 1)))
         };
@@ -289,7 +289,7 @@ fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError>
     Err(UnitError { range, kind: UnitErrorKind::Unknown { symbol: whole, suggestion } })
 }
 
-/// Units written one behind the other, as `Pas`, with the operators between them; the power is that of the last.
+/// Consecutive units such as `Pas`, with operators inserted; the power belongs to the last.
 fn product(symbol: &str, digits: &str) -> Option<String> {
     // `bars` and `lbs` are plurals.
     let is_plural = symbol.strip_suffix('s').is_some_and(|stem| {
@@ -300,7 +300,7 @@ fn product(symbol: &str, digits: &str) -> Option<String> {
     parts.map(|parts| format!("{}{power}", parts.join("*")))
 }
 
-/// Two units, or else three, that are this symbol together.
+/// The two or three units that together form this symbol.
 fn split(symbol: &str) -> Option<Vec<&str>> {
     if symbol.len() > LONGEST_PRODUCT {
         return None;
@@ -318,7 +318,7 @@ fn pair(symbol: &str) -> Option<(&str, &str)> {
     first_units(symbol).find(|(_, rest)| find(rest).is_some())
 }
 
-/// The units that a symbol begins with, the longest first, and what is behind each.
+/// The units that a symbol begins with, the longest first, with the remainder after each.
 fn first_units(symbol: &str) -> impl Iterator<Item = (&str, &str)> {
     let ends = symbol.char_indices().rev().map(|(at, _)| at).filter(|at| *at > 0);
     ends.map(|at| symbol.split_at(at)).filter(|(first, _)| find(first).is_some())

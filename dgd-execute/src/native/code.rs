@@ -138,7 +138,7 @@ impl Drop for Code {
 ///
 /// `value` is the address of a `fn(f64) -> f64`.
 pub(super) unsafe extern "C" fn call_one(x: f64, value: *const ()) -> f64 {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let value = unsafe { transmute::<*const (), fn(f64) -> f64>(value) };
     value(x)
 }
@@ -149,7 +149,7 @@ pub(super) unsafe extern "C" fn call_one(x: f64, value: *const ()) -> f64 {
 ///
 /// `curve` is the address of a [`Curve`] that is never freed.
 pub(super) unsafe extern "C" fn call_curve(x: f64, curve: *const ()) -> f64 {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let curve = unsafe { &*curve.cast::<Curve>() };
     curve.value(x)
 }
@@ -160,7 +160,7 @@ pub(super) unsafe extern "C" fn call_curve(x: f64, curve: *const ()) -> f64 {
 ///
 /// `value` is the address of a `fn(f64, f64) -> f64`.
 pub(super) unsafe extern "C" fn call_two(x: f64, y: f64, value: *const ()) -> f64 {
-    // SAFETY: the caller's.
+    // SAFETY: guaranteed by the caller.
     let value = unsafe { transmute::<*const (), fn(f64, f64) -> f64>(value) };
     value(x, y)
 }

@@ -97,7 +97,7 @@ pub(super) fn is_immediate(operation: Operation) -> bool {
 struct Reads([usize; ARGUMENTS.len()]);
 
 impl Reads {
-    /// Notes that so many values are read.
+    /// Records that the first `end` values are read.
     fn note(&mut self, argument: Argument, end: usize) {
         let reads = &mut self.0[position(argument)];
         *reads = (*reads).max(end);
@@ -132,7 +132,7 @@ fn kinds_of_loop(part: &Loop, before: &[Kind], reads: &mut Reads) -> Result<Vec<
 }
 
 /// The kinds of the values, including those `before`; checks that operands have the kinds that operations expect. In a
-/// loop, the operations have so many passages in each round.
+/// loop, `part` has the loop and the number of passages in each round.
 fn kinds(
     body: &[Operation],
     before: &[Kind],
@@ -265,8 +265,8 @@ fn pieces(function: &Function) -> Vec<Piece> {
     // Loops are added to the last piece while there is room.
     let mut size = pieces.last().map_or(0, |piece| piece.body.len());
     for (k, part) in function.loops.iter().enumerate() {
-        let own = part.operations().count();
-        size += own;
+        let size_of_part = part.operations().count();
+        size += size_of_part;
         match pieces.last_mut() {
             Some(piece) if size <= MOST_OPERATIONS => {
                 piece.loops =
@@ -274,7 +274,7 @@ fn pieces(function: &Function) -> Vec<Piece> {
             }
             _ => {
                 pieces.push(Piece { body: n..n, loops: k..k + 1 });
-                size = own;
+                size = size_of_part;
             }
         }
     }

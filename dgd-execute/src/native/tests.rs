@@ -169,9 +169,9 @@ fn compare(program: &Program, noise: &mut Noise) {
     let native = Loaded::with_engine(program.clone(), Engine::Native);
     native.compile().expect("native code where tests run");
     for round in 0..20 {
-        let mut at = At::random(program, noise);
+        let mut point = At::random(program, noise);
         if round > 0 {
-            for array in &mut at.arrays {
+            for array in &mut point.arrays {
                 let special = SPECIAL[noise.below(SPECIAL.len())];
                 if !array.is_empty() {
                     let k = noise.below(array.len());
@@ -180,8 +180,8 @@ fn compare(program: &Program, noise: &mut Noise) {
             }
         }
         for function in &program.functions {
-            let expected = at.bits(&interpreted.0, function);
-            assert_eq!(at.bits(&native.0, function), expected, "{:?}", function.kind);
+            let expected = point.bits(&interpreted.0, function);
+            assert_eq!(point.bits(&native.0, function), expected, "{:?}", function.kind);
         }
     }
 }
@@ -233,9 +233,9 @@ fn the_interpreter_takes_over_on_other_machines() {
     let message = loaded.compile().expect_err("no code").to_string();
     assert!(message.starts_with("there is no native code: not for this machine"), "{message}");
     let interpreted = Interpreted::new(program.clone());
-    let at = At::random(&program, &mut Noise::new(1));
+    let point = At::random(&program, &mut Noise::new(1));
     for function in &program.functions {
-        assert_eq!(at.bits(&loaded.0, function), at.bits(&interpreted.0, function));
+        assert_eq!(point.bits(&loaded.0, function), point.bits(&interpreted.0, function));
     }
 }
 
@@ -252,9 +252,9 @@ fn clones_share_code_and_outlive_the_first() {
     let program = program(&model(&mut Noise::new(8), 2));
     let first = Loaded::with_engine(program.clone(), Engine::Native);
     first.compile().expect("native code");
-    let at = At::random(&program, &mut Noise::new(4));
+    let point = At::random(&program, &mut Noise::new(4));
     let function = program.function(FunctionKind::SensitivityLinearize);
-    let expected = at.bits(&first.0, function);
+    let expected = point.bits(&first.0, function);
     let clones = [first.clone(), first.clone()];
     drop(first);
     std::thread::scope(|scope| {
@@ -262,7 +262,7 @@ fn clones_share_code_and_outlive_the_first() {
             scope.spawn(|| {
                 let clone = clone;
                 for _ in 0..100 {
-                    assert_eq!(at.bits(&clone.0, function), expected);
+                    assert_eq!(point.bits(&clone.0, function), expected);
                 }
             });
         }
@@ -274,9 +274,9 @@ fn clones_share_code_and_outlive_the_first() {
 fn short_slices_are_refused_before_the_code_runs() {
     let program = program(&model(&mut Noise::new(3), 1));
     let loaded = Loaded::with_engine(program.clone(), Engine::Native);
-    let mut at = At::random(&program, &mut Noise::new(1));
-    at.arrays[0].pop();
-    at.bits(&loaded.0, program.function(FunctionKind::Rhs));
+    let mut point = At::random(&program, &mut Noise::new(1));
+    point.arrays[0].pop();
+    point.bits(&loaded.0, program.function(FunctionKind::Rhs));
 }
 
 /// A function with one result of one number.
@@ -319,7 +319,7 @@ fn what_is_no_program_is_refused() {
     assert_eq!(Plan::new(&function(far, Vec::new())).err(), Some(Refused::TooLarge));
     // A loop that writes beyond its result.
     let store = Store { result: 0, first: 0, by_round: 0, value: v(1) };
-    let at = |by_round| Place { first: 0, by_round };
+    let place_at = |by_round| Place { first: 0, by_round };
     let part = |rounds, count, place, store| Loop {
         rounds,
         head: Vec::new(),
@@ -328,13 +328,13 @@ fn what_is_no_program_is_refused() {
         stores: vec![store],
     };
     let refused = |part| Plan::new(&function(vec![one], vec![part])).err();
-    assert_eq!(refused(part(1, 2, at(0), store)), Some(Refused::Malformed));
+    assert_eq!(refused(part(1, 2, place_at(0), store)), Some(Refused::Malformed));
     // Rounds that read or write before the first number, or write beyond the last.
-    assert_eq!(refused(part(2, 1, at(1), store)), None);
-    assert_eq!(refused(part(2, 1, at(-1), store)), Some(Refused::Malformed));
+    assert_eq!(refused(part(2, 1, place_at(1), store)), None);
+    assert_eq!(refused(part(2, 1, place_at(-1), store)), Some(Refused::Malformed));
     for by_round in [-1, 1] {
         let store = Store { by_round, ..store };
-        assert_eq!(refused(part(2, 1, at(1), store)), Some(Refused::Malformed));
+        assert_eq!(refused(part(2, 1, place_at(1), store)), Some(Refused::Malformed));
     }
 }
 

@@ -34,7 +34,7 @@ pub(super) fn signature(isa: &dyn TargetIsa) -> Signature {
     signature
 }
 
-/// Writes a piece into `code`, which has only its signature yet.
+/// Writes a piece into `code`, which so far only has its signature.
 pub(super) fn translate(
     plan: &Plan<'_>,
     piece: &Piece,
@@ -87,11 +87,11 @@ enum Array {
 /// A passage of a loop.
 #[derive(Debug, Clone, Copy)]
 struct Passage {
-    /// Byte offset of this iteration's number in an array from that of the first.
+    /// Byte offset of this passage's number in an array from that of the first.
     offset: Value,
 }
 
-/// How a place moves in a loop.
+/// Movement of a position in a loop.
 #[derive(Debug, Clone, Copy, Default)]
 struct At {
     by_round: i64,
@@ -107,10 +107,10 @@ struct Translation<'a, 'b> {
     calls: [SigRef; 2],
     /// Addresses of arrays, loaded in blocks that dominate every later one.
     addresses: HashMap<Array, Value>,
-    /// Which round of a loop it is, and addresses that have moved by so many numbers in each round.
+    /// The current round of a loop, and addresses advanced by a constant number of elements in each round.
     round: Option<Value>,
     moved: HashMap<(Array, i64), Value>,
-    /// Values of the body, likewise, and in a loop those of the iteration.
+    /// Values of the body, loaded in the same way, and in a loop those of the passage.
     values: HashMap<ValueId, Value>,
 }
 
@@ -141,7 +141,7 @@ impl Translation<'_, '_> {
         if part.count == 0 {
             return;
         }
-        // Values that all iterations read are computed before the first.
+        // Values that all passages read are computed before the first.
         let first = self.plan.function.body.len();
         for value in part.reads() {
             if value.index() < first {
@@ -176,7 +176,7 @@ impl Translation<'_, '_> {
         }
     }
 
-    /// Emits what a round begins with: the addresses of what moves with the rounds, and the head.
+    /// Emits the beginning of a round: the addresses that move with the rounds, and the head.
     fn begin_round(&mut self, part: &Loop, r: Value) {
         self.round = Some(r);
         let loads = part.operations().filter_map(|operation| match operation {
@@ -222,12 +222,12 @@ impl Translation<'_, '_> {
         }
         for store in &part.stores {
             let value = self.operand(store.value);
-            let at = At { by_round: store.by_round as i64, passage: now };
-            self.store(value, Array::Result(store.result), store.first, at);
+            let movement = At { by_round: store.by_round as i64, passage: now };
+            self.store(value, Array::Result(store.result), store.first, movement);
         }
     }
 
-    /// Begins a block that is repeated, and returns the number that it counts from zero.
+    /// Begins a repeated block, and returns its counter from zero.
     fn enter(&mut self, block: Block) -> Value {
         let counted = self.builder.append_block_param(block, ADDRESS);
         let zero = self.builder.ins().iconst(ADDRESS, 0);
@@ -236,7 +236,7 @@ impl Translation<'_, '_> {
         counted
     }
 
-    /// Ends a block that is repeated until what it counts has reached `end`.
+    /// Ends a block that is repeated until its counter has reached `end`.
     fn again_unless(&mut self, counted: Value, by: i64, end: i64, block: Block, after: Block) {
         let next = self.builder.ins().iadd_imm_s(counted, by);
         let more = self.builder.ins().icmp_imm_s(IntCC::NotEqual, next, end);
@@ -253,12 +253,12 @@ impl Translation<'_, '_> {
                 self.load(types::F64, Array::Argument(argument), index as usize, At::default())
             }
             Operation::LoadSwept(argument, Place { first, by_round }) => {
-                let at = At { by_round: by_round.into(), passage };
-                self.load(types::F64, Array::Argument(argument), first as usize, at)
+                let movement = At { by_round: by_round.into(), passage };
+                self.load(types::F64, Array::Argument(argument), first as usize, movement)
             }
             Operation::LoadRound(argument, Place { first, by_round }) => {
-                let at = At { by_round: by_round.into(), passage: None };
-                self.load(types::F64, Array::Argument(argument), first as usize, at)
+                let movement = At { by_round: by_round.into(), passage: None };
+                self.load(types::F64, Array::Argument(argument), first as usize, movement)
             }
             Operation::Counter => match passage {
                 None => self.builder.ins().f64const(0.0),
@@ -435,13 +435,13 @@ impl Translation<'_, '_> {
         if let Some(address) = self.addresses.get(&array) {
             return *address;
         }
-        let at = match array {
+        let base = match array {
             Array::Argument(argument) => Frame::argument(position(argument)),
             Array::Result(result) => Frame::result(result),
             Array::Scratch => Frame::scratch(),
         };
         let flags = MemFlagsData::trusted().with_readonly().with_can_move();
-        let address = self.builder.ins().load(ADDRESS, flags, self.frame, at);
+        let address = self.builder.ins().load(ADDRESS, flags, self.frame, base);
         self.addresses.insert(array, address);
         address
     }

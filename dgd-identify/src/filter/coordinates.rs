@@ -1,11 +1,11 @@
-//! From states and parameters to variables of the order of 1, and back.
+//! Transforms states and parameters to variables of the order of 1, and back.
 //!
-//! | of | variable |
+//! | quantity | variable |
 //! |---|---|
 //! | a state | x / size |
-//! | a parameter | as in fits: θ / size, or ln θ where the model says `log` |
+//! | a parameter | as in fits: θ / size, or ln θ if the model says `log` |
 //!
-//! States first, in the order of y; then parameters, in the order of the directions.
+//! States come first, in the order of y; then parameters, in the order of the directions.
 
 use dgd_runtime::Direction;
 use dgd_runtime::for_identify::unknown_sizes;
@@ -14,7 +14,7 @@ use super::error::FilterError;
 use super::problem::FilterProblem;
 use crate::variables::Variables;
 
-/// What is tracked, as scaled variables.
+/// The tracked quantities as scaled variables.
 #[derive(Debug, Clone)]
 pub(super) struct Coordinates {
     /// Positions of the states in y.
@@ -27,7 +27,7 @@ pub(super) struct Coordinates {
 }
 
 impl Coordinates {
-    /// The coordinates of a problem and the first variables, where y is the start.
+    /// The coordinates of a problem and the initial variables, given y at the start.
     pub(super) fn new(
         problem: &FilterProblem<'_>,
         y: &[f64],
@@ -90,7 +90,7 @@ impl Coordinates {
         }
     }
 
-    /// What the k-th variable stands for, SI.
+    /// The value of the k-th variable, SI.
     pub(super) fn value(&self, k: usize, variable: f64) -> f64 {
         match k.checked_sub(self.n_states()) {
             None => variable * self.sizes[k],
@@ -98,7 +98,7 @@ impl Coordinates {
         }
     }
 
-    /// How that changes with the variable.
+    /// Derivative of the value with respect to the variable.
     pub(super) fn slope(&self, k: usize, variable: f64) -> f64 {
         match k.checked_sub(self.n_states()) {
             None => self.sizes[k],
@@ -106,7 +106,7 @@ impl Coordinates {
         }
     }
 
-    /// Moves parameters that have left their bounds back to them.
+    /// Moves parameters that are outside of their bounds to the nearest bound.
     pub(super) fn project(&self, variables: &mut [f64]) {
         let parameters = &mut variables[self.states.len()..self.directions.len()];
         for (of, variable) in self.parameters.all.iter().zip(parameters) {

@@ -1,4 +1,4 @@
-//! What a row's samples say of the estimate.
+//! Corrects the estimate by the samples of a row.
 
 use dgd_runtime::Inputs;
 use nalgebra::DMatrix;
@@ -10,39 +10,39 @@ use super::square_root::correct;
 use super::unscented::Spread;
 use crate::error::TrialFailure;
 
-/// What is expected of the outputs.
+/// Predicted outputs.
 struct Look {
     /// Outputs.
     w: Vec<f64>,
-    /// Root of their covariance without the sensors' noise, and of that of the variables with the same
+    /// Root of their covariance without sensor noise, and root of the covariance of the variables with the same
     /// columns.
     of_outputs: DMatrix<f64>,
     of_variables: DMatrix<f64>,
 }
 
 impl Filter<'_> {
-    /// Corrects the estimate by what was measured.
+    /// Corrects the estimate by the measured values.
     pub(super) fn correct(
         &mut self,
         inputs: &Inputs,
         measured: &[f64],
     ) -> Result<Row, TrialFailure> {
-        let seen: Vec<usize> = (0..measured.len())
+        let used: Vec<usize> = (0..measured.len())
             .filter(|i| measured[*i].is_finite() && self.noise[*i].is_some())
             .collect();
         self.innovated = Innovated::default();
-        if seen.is_empty() {
+        if used.is_empty() {
             return Ok(self.row(vec![None; measured.len()]));
         }
         let looked = match self.estimator {
             Estimator::Unscented(spread) => self.look_by_points(spread, inputs),
             Estimator::ExtendedKalman | Estimator::Recursive { .. } => self.look(inputs),
         };
-        let looked = looked.and_then(|looked| self.verify_outputs(looked, &seen))?;
-        Ok(self.take(&looked, &seen, measured))
+        let looked = looked.and_then(|looked| self.verify_outputs(looked, &used))?;
+        Ok(self.take(&looked, &used, measured))
     }
 
-    /// Outputs and roots of their covariance by derivatives.
+    /// Outputs and roots of their covariance, from derivatives.
     fn look(&mut self, inputs: &Inputs) -> Result<Look, TrialFailure> {
         let Local { y, w, c, .. } = match self.ahead.take() {
             Some(ahead) => ahead,
@@ -58,7 +58,7 @@ impl Filter<'_> {
         Ok(Look { w, of_outputs, of_variables: self.root.clone() })
     }
 
-    /// The same by sigma points.
+    /// Outputs and roots of their covariance, from sigma points.
     fn look_by_points(&mut self, spread: Spread, inputs: &Inputs) -> Result<Look, TrialFailure> {
         let points = spread.points(&self.variables, &self.root);
         let n = self.variables.len();
@@ -74,7 +74,7 @@ impl Filter<'_> {
         Ok(Look { w: mean.iter().copied().collect(), of_outputs, of_variables })
     }
 
-    /// Outputs that were measured must be numbers.
+    /// Checks that measured outputs are finite.
     fn verify_outputs(&self, looked: Look, seen: &[usize]) -> Result<Look, TrialFailure> {
         let spoilt = seen.iter().find(|i| {
             let finite = |value: &f64| value.is_finite();
@@ -89,7 +89,7 @@ impl Filter<'_> {
         }
     }
 
-    /// Takes in the samples of a row.
+    /// Processes the samples of a row.
     fn take(&mut self, looked: &Look, seen: &[usize], measured: &[f64]) -> Row {
         let mut innovations = vec![None; measured.len()];
         let (mut used, mut rejected) = (Vec::with_capacity(seen.len()), 0.0);
@@ -141,7 +141,7 @@ impl Filter<'_> {
         }
     }
 
-    /// P ← P/λ for the parameters, unless it would wind up: then it stays what it was before the row.
+    /// P ← P/λ for the parameters, unless it would wind up: then it stays as before the row.
     fn forget(&mut self, factor: f64, before: &DMatrix<f64>) {
         let n_states = self.coordinates.n_states();
         if factor >= 1.0 || n_states == self.coordinates.len() {

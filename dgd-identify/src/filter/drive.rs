@@ -1,6 +1,6 @@
-//! Samples of the inputs as functions of time over the interval at hand.
+//! Samples of the inputs as functions of time over the current interval.
 //!
-//! Of the rows that have come in, so many are kept as delayed inputs reach back, and two.
+//! The filter stores as many rows as delayed inputs reach back, and two more.
 
 use std::collections::VecDeque;
 
@@ -15,16 +15,16 @@ struct Held {
     u: Vec<f64>,
 }
 
-/// Rows of inputs as they come in.
+/// Rows of inputs as they arrive.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Drive {
     rows: VecDeque<Held>,
-    /// How many values were missing so far, for each input.
+    /// Number of missing values so far, for each input.
     pub missing: Vec<usize>,
 }
 
 impl Drive {
-    /// Takes in a row; a missing value is the last one.
+    /// Adds a row; a missing value is replaced by the last one.
     pub(super) fn push(
         &mut self,
         t: f64,
@@ -42,8 +42,8 @@ impl Drive {
         }
         self.missing.resize(u.len(), 0);
         let last = self.rows.back().map(|row| row.u.clone());
-        let mut held = u.to_vec();
-        for (i, value) in held.iter_mut().enumerate() {
+        let mut filled = u.to_vec();
+        for (i, value) in filled.iter_mut().enumerate() {
             if value.is_finite() {
                 continue;
             }
@@ -61,8 +61,8 @@ impl Drive {
         {
             let differs =
                 |(i, u): (usize, &f64)| (*u != last.u[i] || last.u[i] != before.u[i]).then_some(i);
-            return match held.iter().enumerate().find_map(differs) {
-                // A replicate brings no other inputs.
+            return match filled.iter().enumerate().find_map(differs) {
+                // A replicate has no new inputs.
                 None => Ok(()),
                 Some(i) => {
                     let input = signature.inputs[i].name.to_string();
@@ -70,11 +70,11 @@ impl Drive {
                 }
             };
         }
-        self.rows.push_back(Held { t, u: held });
+        self.rows.push_back(Held { t, u: filled });
         Ok(())
     }
 
-    /// Forgets rows that nothing reaches back to: `reach` before the last but one.
+    /// Drops rows that no delay reaches: those more than `reach` before the last but one.
     pub(super) fn forget(&mut self, reach: f64) {
         let Some(from) = self.rows.iter().rev().nth(1).map(|row| row.t - reach) else { return };
         while self.rows.len() > 2 && self.rows[1].t < from {
@@ -82,7 +82,7 @@ impl Drive {
         }
     }
 
-    /// The kept rows as functions of time.
+    /// The stored rows as functions of time.
     pub(super) fn inputs(&self, signature: &Signature) -> Result<Inputs, FilterError> {
         if let [only] = self.rows.as_slices().0
             && self.rows.len() == 1

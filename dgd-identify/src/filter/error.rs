@@ -1,4 +1,4 @@
-//! Why a filter cannot begin, or cannot go on.
+//! Errors at the start of a filter and in its course.
 
 use std::fmt;
 
@@ -8,45 +8,45 @@ use dgd_runtime::{InputError, IntegrateError};
 
 use crate::error::{EstimateError, TrialFailure, WrongLength};
 
-/// Why there is no filter, or why it ended.
+/// The reason why a filter did not start, or ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FilterError {
     /// Something has a wrong length.
     Length(WrongLength),
     /// The model has no unknown with a derivative and no parameter is free.
     NothingTracked,
-    /// The model or an output reads what is not followed: with a delay that varies, or ahead.
+    /// The model or an output reads a value that is not supported: with a varying delay, or ahead of time.
     NotFollowed {
-        /// What that is, in the model's names.
+        /// The value, in the model's names.
         what: String,
     },
-    /// The model was compiled without derivatives to the start value of this unknown.
+    /// The model was compiled without derivatives with respect to the start value of this unknown.
     NoDirection {
         /// The unknown.
         unknown: String,
     },
-    /// An option is not what it must be.
+    /// An option is out of range.
     Option(Missing),
-    /// No output in use has a noise.
+    /// No used output has noise.
     NothingMeasured,
-    /// A free parameter has no logarithm, or something else is wrong with what is free.
+    /// A free parameter has no logarithm, or there is another error in the free parameters.
     Free(EstimateError),
-    /// There are no consistent values to begin with.
+    /// There are no consistent initial values.
     Start(IntegrateError),
-    /// The rows do not make inputs.
+    /// The rows are not valid inputs.
     Inputs(InputError),
     /// An input has no value in the first row.
     FirstInput {
         /// The input.
         input: String,
     },
-    /// The model could not be evaluated in many rows on end.
+    /// The model could not be evaluated in too many consecutive rows.
     Stuck {
         /// The time of the last of them, s.
         t: f64,
-        /// How many.
+        /// Number of these rows.
         rows: usize,
-        /// What happened there.
+        /// The cause in the last row.
         failure: TrialFailure,
     },
 }
@@ -54,11 +54,11 @@ pub enum FilterError {
 /// An option outside of its range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Missing {
-    /// What it belongs to, as `the noise of output p_r`.
+    /// The quantity it belongs to, such as `the noise of output p_r`.
     pub of: String,
     /// Its value, SI.
     pub value: f64,
-    /// What would be right.
+    /// The expected range.
     pub expected: &'static str,
 }
 

@@ -1,12 +1,12 @@
-//! One row after the other.
+//! The filter, row by row.
 //!
-//! Every row is taken in at once, as it would come from an instrument: the estimate is moved from the last
-//! row to this one, with inputs that hold or go in a straight line as declared, and then corrected by what
-//! was measured, with the inputs of this row. Of two rows with one time the second has the inputs after a
-//! jump; a reading that both have is one reading.
+//! Every row is processed immediately, as it would arrive from an instrument: the estimate is moved from the last row
+//! to this one, with inputs held or linear as declared, and then corrected by the measured values, with the inputs of
+//! this row. Of two rows with the same time the second has the inputs after a jump; a reading that both have counts
+//! once.
 //!
-//! A row in which the model cannot be evaluated keeps the last states, less certain by what they stray;
-//! many such rows on end are an error.
+//! A row in which the model cannot be evaluated keeps the last states, with larger uncertainty due to process noise;
+//! many consecutive rows of this kind are an error.
 
 use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::{Inputs, Problem, Signature, consistent_start};
@@ -25,30 +25,30 @@ use super::square_root::triangular;
 use super::watch::{Alarm, Watch};
 use crate::error::{TrialFailure, WrongLength, verify_lengths};
 
-/// Rows on end in which the model may fail.
+/// Number of consecutive rows in which the model may fail.
 const MOST_FAILURES: usize = 10;
 
-/// An estimate and how certain it is.
+/// An estimate and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tracked {
     /// Value, SI.
     pub value: f64,
-    /// Standard deviation, SI; that of a parameter with a logarithm is to first order.
+    /// Standard deviation, SI; to first order for a parameter with a logarithm.
     pub std: f64,
 }
 
-/// A sample less what was predicted.
+/// The difference between a sample and its prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Innovation {
-    /// Measured less predicted, SI.
+    /// Measured minus predicted, SI.
     pub value: f64,
-    /// Its standard deviation as the filter expects it, noise of the sensor included, SI.
+    /// Its predicted standard deviation, including the sensor's noise, SI.
     pub std: f64,
-    /// Whether it was used; a sample beyond the gate is not.
+    /// Whether it was used; samples outside the gate are not.
     pub used: bool,
 }
 
-/// What is known after a row.
+/// The estimates after a row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Time, s.
@@ -57,21 +57,21 @@ pub struct Row {
     pub states: Vec<Tracked>,
     /// Free parameters, in the order of the directions.
     pub parameters: Vec<Tracked>,
-    /// For each output, its innovation where it was measured and has a noise.
+    /// For each output, its innovation if it was measured and has noise.
     pub innovations: Vec<Option<Innovation>>,
-    /// εᵀ S⁻¹ ε over the samples that were used.
+    /// εᵀ S⁻¹ ε over the samples used.
     pub normalised_square: f64,
-    /// ln det S over them.
+    /// ln det S over these samples.
     pub log_det: f64,
-    /// How many there were.
+    /// Number of these samples.
     pub samples: usize,
-    /// Why the model could not be evaluated in this row.
+    /// The reason why the model could not be evaluated in this row.
     pub failure: Option<TrialFailure>,
-    /// Whether what is to be thought of the innovations changes with this row.
+    /// A change in the consistency of the innovations with this row.
     pub alarm: Option<Alarm>,
 }
 
-/// A filter under way.
+/// A running filter.
 pub struct Filter<'a> {
     pub(super) model: IntervalModel<'a>,
     pub(super) estimator: Estimator,
@@ -82,22 +82,22 @@ pub struct Filter<'a> {
     pub(super) t: f64,
     /// Unknowns and modes at t.
     pub(super) place: RunState,
-    /// States and parameters, then what is remembered, as changes of the past: zeros between rows.
+    /// States and parameters, then remembered values, as perturbations of the past: zeros between rows.
     pub(super) variables: Vec<f64>,
     /// L of their covariance L Lᵀ; for [`Estimator::Recursive`] that of start values and parameters.
     pub(super) root: DMatrix<f64>,
     /// ∂(x, θ)/∂(x(0), θ), for [`Estimator::Recursive`].
     pub(super) carried: Option<DMatrix<f64>>,
-    /// Largest eigenvalue that the parameters' covariance may have, for [`Estimator::Recursive`].
+    /// Limit on the largest eigenvalue of the parameters' covariance, for [`Estimator::Recursive`].
     pub(super) most: f64,
-    /// Spectral densities of the variables, and the variances that parameters began with.
+    /// Spectral densities of the variables, and the initial variances of the parameters.
     pub(super) densities: Vec<f64>,
     pub(super) first: Vec<f64>,
     pub(super) noise: Vec<Option<f64>>,
-    /// What the last row measured.
+    /// Measured values of the last row.
     pub(super) last: Vec<f64>,
     pub(super) failures: usize,
-    /// The model close to the prediction, where that was needed for it.
+    /// The model near the prediction, if the prediction needed it.
     pub(super) ahead: Option<Local>,
     /// The innovations that were used last.
     pub(super) innovated: Innovated,
@@ -120,11 +120,11 @@ fn verify_sample(signature: &Signature, sample: Sample<'_>) -> Result<(), WrongL
 }
 
 impl<'a> Filter<'a> {
-    /// A filter at its first row, and what is known there.
+    /// A filter at its first row, and the estimates there.
     ///
     /// # Errors
     ///
-    /// [`FilterError`], all variants but `Stuck`.
+    /// [`FilterError`], all variants except `Stuck`.
     pub fn begin(
         problem: &FilterProblem<'a>,
         tuning: &Tuning,
@@ -152,7 +152,7 @@ impl<'a> Filter<'a> {
         Ok((filter, row))
     }
 
-    /// The same with inputs that are known as functions of time, for recordings.
+    /// [`Filter::begin`] for recordings, with inputs that are known as functions of time.
     pub(super) fn begin_recorded(
         problem: &FilterProblem<'a>,
         tuning: &Tuning,
@@ -220,7 +220,7 @@ impl<'a> Filter<'a> {
         Ok(filter)
     }
 
-    /// What is read late begins to be remembered.
+    /// Starts to store delayed unknowns.
     fn begin_past(&mut self, inputs: &Inputs) {
         let Self { model, t, place, coordinates, variables, .. } = &mut *self;
         let watched = model.watched();
@@ -228,36 +228,37 @@ impl<'a> Filter<'a> {
             return;
         }
         let n = coordinates.len();
-        // What fails here fails at the first row, too, which says why.
+        // A failure here recurs at the first row, which reports the reason.
         let local = model.local(inputs, *t, place, coordinates, variables);
-        let own = local.map_or_else(|_| DMatrix::zeros(watched.len(), n), |local| local.watched);
+        let dependence =
+            local.map_or_else(|_| DMatrix::zeros(watched.len(), n), |local| local.watched);
         let mut sizes = vec![0.0; place.y.len()];
         unknown_sizes(&model.system, &place.y, &mut sizes);
         place.past = Some(Remembered::new(watched, &sizes, *t, &place.y));
         variables.resize(n + watched.len(), 0.0);
-        self.remember(own);
+        self.remember(dependence);
     }
 
-    /// Variables of a new node, as its unknowns follow from the variables before.
+    /// Adds variables of a new node, given the dependence of its unknowns on the existing variables.
     pub(super) fn remember(&mut self, mut from_others: DMatrix<f64>) {
         let sizes = self.place.past.as_ref().map_or(&[][..], Remembered::sizes);
         for (mut row, size) in from_others.row_iter_mut().zip(sizes) {
             row /= *size;
         }
         let below = |of: &DMatrix<f64>| {
-            let own = &from_others * of;
-            let mut all = of.clone().resize_vertically(of.nrows() + own.nrows(), 0.0);
-            all.rows_mut(of.nrows(), own.nrows()).copy_from(&own);
-            all
+            let new_rows = &from_others * of;
+            let mut extended = of.clone().resize_vertically(of.nrows() + new_rows.nrows(), 0.0);
+            extended.rows_mut(of.nrows(), new_rows.nrows()).copy_from(&new_rows);
+            extended
         };
-        // Recursive estimates have a root of start values and parameters alone.
+        // Recursive estimates have a root of start values and parameters only.
         match &mut self.carried {
             Some(carried) => *carried = below(carried),
             None => self.root = triangular(&below(&self.root)),
         }
     }
 
-    /// States that are algebraic in the modes at the start follow the others, and so does their uncertainty.
+    /// States that are algebraic in the initial modes follow the others, and so does their uncertainty.
     fn make_consistent(&mut self, inputs: &Inputs) {
         let signature = self.model.system.signature();
         let states = &self.coordinates.states;
@@ -266,7 +267,7 @@ impl<'a> Filter<'a> {
         {
             return;
         }
-        // What fails here fails at the first row, too, which says why.
+        // A failure here recurs at the first row, which reports the reason.
         let Self { model, t, place, coordinates, variables, .. } = &*self;
         let Ok(local) = model.local(inputs, *t, place, coordinates, variables) else { return };
         self.coordinates.read_states(&local.y, &mut self.variables);
@@ -277,12 +278,12 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// Takes in a row. After an error about its inputs the filter is as before.
+    /// Processes a row. After an error in its inputs the filter is unchanged.
     ///
     /// # Errors
     ///
-    /// [`FilterError::Length`]; [`FilterError::Inputs`] for a row whose time is before the last, or the third with one time;
-    /// [`FilterError::Stuck`].
+    /// [`FilterError::Length`]; [`FilterError::Inputs`] for a row whose time is before the last, or the third with the
+    /// same time; [`FilterError::Stuck`].
     pub fn step(&mut self, sample: Sample<'_>) -> Result<Row, FilterError> {
         let signature = self.model.system.signature();
         verify_sample(signature, sample)?;
@@ -321,11 +322,11 @@ impl<'a> Filter<'a> {
                 failure = Some(reason);
             }
         }
-        // What was measured may bring the states back to where the model can be evaluated.
+        // The measured values may bring the states back to a region where the model can be evaluated.
         self.corrected(inputs, measured, failure)
     }
 
-    /// Corrects the estimate; `failure` is why it could not be moved before.
+    /// Corrects the estimate; `failure` is the reason why it could not be moved.
     fn corrected(
         &mut self,
         inputs: &Inputs,
@@ -345,17 +346,17 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// The innovations that the last row used, for once.
+    /// Takes the innovations used by the last row.
     pub(super) fn take_innovated(&mut self) -> Innovated {
         std::mem::take(&mut self.innovated)
     }
 
-    /// How many values of each input were missing so far and taken to be the last ones.
+    /// Number of values of each input so far that were missing and replaced by the last ones.
     pub fn missing_inputs(&self) -> &[usize] {
         &self.drive.missing
     }
 
-    /// The present estimates.
+    /// The current estimates.
     pub(super) fn row(&self, innovations: Vec<Option<Innovation>>) -> Row {
         let root = match &self.carried {
             Some(carried) => carried * &self.root,

@@ -1,14 +1,15 @@
 //! The model over one interval, and its derivatives at one time.
 //!
-//! A run over one interval begins with all unknowns given, algebraic ones as guesses, in the modes in which
-//! the one before has ended. A run of no length makes them consistent and gives S = ∂y/∂(x, θ) there; with it
-//! the generated functions give
+//! A run over one interval starts with all unknowns given, algebraic ones as guesses, in the final modes of the
+//! previous run. A run of zero length makes them consistent and gives S = ∂y/∂(x, θ) there; with it the generated
+//! functions give
 //!
 //! ```text
 //!   A = ∂ẋ/∂(x, θ) = rows of x of (∂f/∂y S + ∂f/∂θ),    C = dw/d(x, θ) = ∂w/∂y S + ∂w/∂θ
 //! ```
 //!
-//! Derivatives to what was ([`Remembered`]) come from further runs, in which the past has them.
+//! Derivatives with respect to past values ([`Remembered`]) come from further runs, in which the past has these
+//! sensitivities.
 
 use dgd_runtime::for_identify::{Past, delays, held_by_bounds};
 use dgd_runtime::integrate::Memory;
@@ -26,37 +27,37 @@ use super::remembered::Remembered;
 use super::square_root::beside;
 use crate::error::TrialFailure;
 
-/// A model as a filter sees it.
+/// A model, as needed by a filter.
 pub(super) struct IntervalModel<'a> {
     pub system: &'a dyn Model,
     pub p: &'a [f64],
     pub options: Options,
-    /// Whether all unknowns are differential, nothing changes at events, and nothing is read late.
+    /// Whether all unknowns are differential, and there are no events and no delays.
     is_plain: bool,
-    /// Unknowns that are read late, ascending.
+    /// Delayed unknowns, ascending.
     watched: Vec<usize>,
     late: LateOutputs,
 }
 
-/// Where a run begins or has ended.
+/// The state at the start or at the end of a run.
 #[derive(Debug, Clone)]
 pub(super) struct RunState {
     /// Unknowns: guesses of the algebraic ones.
     pub y: Vec<f64>,
-    /// Modes, and what else the run before remembers.
+    /// Modes, and the rest of the memory of the previous run.
     pub memory: Option<Memory>,
-    /// What was, where that is read.
+    /// Past values, if they are read.
     pub past: Option<Remembered>,
 }
 
 impl RunState {
-    /// What a run from here goes on from.
+    /// The state from which a run continues.
     fn before<'a>(&'a self, past: Option<&'a Past>) -> Before<'a> {
-        let own = || self.past.as_ref().map(Remembered::past);
-        Before { memory: self.memory.as_ref(), past: past.or_else(own) }
+        let own_past = || self.past.as_ref().map(Remembered::past);
+        Before { memory: self.memory.as_ref(), past: past.or_else(own_past) }
     }
 
-    /// The same place, to which the past has come otherwise.
+    /// The same state with a perturbed past.
     pub(super) fn moved_by(&self, steps: &[f64]) -> Self {
         let mut place = self.clone();
         if let Some(past) = &mut place.past {
@@ -66,7 +67,7 @@ impl RunState {
     }
 }
 
-/// From one time to another.
+/// An interval of time.
 #[derive(Clone, Copy)]
 pub(super) struct Interval {
     pub from: f64,
@@ -74,13 +75,13 @@ pub(super) struct Interval {
 }
 
 impl Interval {
-    /// How long it lasts.
+    /// Its length.
     pub(super) fn length(self) -> f64 {
         self.until - self.from
     }
 }
 
-/// Where an interval ended.
+/// The state at the end of an interval.
 pub(super) struct Moved {
     pub place: RunState,
     /// ∂x/∂(x, θ, past) in scaled variables: states × all, the past before the interval.
@@ -89,9 +90,9 @@ pub(super) struct Moved {
 
 /// Unknowns at one time and their sensitivities.
 enum Consistent {
-    /// Where all are states, they are what they are.
+    /// If all unknowns are states, they are consistent as given.
     AsGiven { y: Vec<f64>, s: Vec<f64> },
-    /// From a run of no length.
+    /// From a run of zero length.
     Run(Box<Solution>),
 }
 
@@ -105,24 +106,24 @@ impl Consistent {
     }
 }
 
-/// The model close to one time.
+/// The model near one time.
 pub(super) struct Local {
     /// Unknowns, consistent.
     pub y: Vec<f64>,
     /// Outputs.
     pub w: Vec<f64>,
-    /// ∂x/∂(x, θ, past) in scaled variables: states × all. Rows of states that are algebraic here are what
-    /// follows from the others.
+    /// ∂x/∂(x, θ, past) in scaled variables: states × all. Rows of states that are algebraic here contain their
+    /// dependence on the others.
     pub phi: DMatrix<f64>,
     /// A in scaled variables: states × states and parameters.
     pub a: DMatrix<f64>,
     /// C in scaled variables: outputs, SI, × all.
     pub c: DMatrix<f64>,
-    /// The same for the unknowns that are read late, SI.
+    /// C of the delayed unknowns, SI.
     pub watched: DMatrix<f64>,
 }
 
-/// What the generated functions say of a point, with the directions of a run.
+/// Results of the generated functions at a point, with the directions of a run.
 struct Looked {
     run: Consistent,
     /// ∂f/∂θ along the directions.
@@ -134,7 +135,7 @@ struct Looked {
 impl<'a> IntervalModel<'a> {
     /// # Errors
     ///
-    /// [`FilterError::NotFollowed`] for a model of whose past too much is read.
+    /// [`FilterError::NotFollowed`] for unsupported delays.
     pub(super) fn new(problem: &FilterProblem<'a>) -> Result<Self, FilterError> {
         let FilterProblem { system, p, options, .. } = *problem;
         let signature = system.signature();
@@ -155,12 +156,12 @@ impl<'a> IntervalModel<'a> {
         Ok(Self { system, p, options, is_plain, watched, late })
     }
 
-    /// Unknowns that are read late, ascending.
+    /// Delayed unknowns, ascending.
     pub(super) fn watched(&self) -> &[usize] {
         &self.watched
     }
 
-    /// How far back anything reads, s.
+    /// The longest delay, s.
     pub(super) fn reach(&self, p: &[f64]) -> f64 {
         let inputs = Inputs::none();
         let problem = Problem { system: &self.system, p, inputs: &inputs, start: &[] };
@@ -233,7 +234,7 @@ impl<'a> IntervalModel<'a> {
         Ok(w)
     }
 
-    /// The model close to one time.
+    /// The model near one time.
     pub(super) fn local(
         &self,
         inputs: &Inputs,
@@ -274,7 +275,7 @@ impl<'a> IntervalModel<'a> {
         Ok(Local { y: y.to_vec(), w, phi, a, c, watched })
     }
 
-    /// What the model says at one time; with a past that has sensitivities in place of the own one.
+    /// Evaluates the model at one time, optionally with a past that has sensitivities instead of its own one.
     fn look(
         &self,
         problem: &ModelProblem<'_>,
@@ -293,16 +294,16 @@ impl<'a> IntervalModel<'a> {
             let first = u.len() - run.n_past;
             u[first..].copy_from_slice(run.past(0));
         }
-        let at = Point { t, y, u: &u, p: problem.p, z };
+        let point = Point { t, y, u: &u, p: problem.p, z };
         let (mut f, mut g) = (vec![0.0; y.len()], vec![0.0; s.len()]);
-        self.system.sensitivity_rhs(at, s, &mut f, &mut g);
+        self.system.sensitivity_rhs(point, s, &mut f, &mut g);
         let n_w = signature.outputs.len();
         let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * signature.directions.len()]);
-        self.system.output_sensitivities(at, s, &mut w, &mut dw);
+        self.system.output_sensitivities(point, s, &mut w, &mut dw);
         Ok(Looked { run, g, w, dw })
     }
 
-    /// What the equations read late: positions among the unknowns that are remembered, and delays.
+    /// The delayed unknowns in the equations: positions among the remembered unknowns, and delays.
     fn delays(&self, p: &[f64]) -> Vec<(usize, f64)> {
         let signature = self.system.signature();
         let inputs = Inputs::none();
@@ -314,9 +315,9 @@ impl<'a> IntervalModel<'a> {
         read.collect()
     }
 
-    /// How what a run gives changes with the variables of the past, SI: rows × past, for each array of it by
-    /// directions. `without` is what it gives with the past as it is, `with` with one whose first directions
-    /// have some of the variables, too.
+    /// Derivatives of the results of a run with respect to the variables of the past, SI: rows × past, for each array
+    /// of results by directions. `without` are the results with the past as it is, `with` those with a past whose first
+    /// directions also represent some of the variables.
     fn by_past<const N: usize>(
         &self,
         past: &Remembered,
@@ -326,31 +327,30 @@ impl<'a> IntervalModel<'a> {
         with: impl Fn(&Past) -> Result<[Vec<f64>; N], TrialFailure>,
     ) -> Result<[DMatrix<f64>; N], TrialFailure> {
         let directions = self.system.signature().directions.len().max(1);
-        let mut all = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
+        let mut derivatives = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
         for some in self.read_late(past, p, over) {
             let with = with(&past.seeded(&some))?;
             for (j, variable) in some.into_iter().enumerate() {
                 let size = past.sizes()[variable % past.sizes().len()];
-                for ((columns, with), without) in all.iter_mut().zip(&with).zip(without) {
-                    let own = j * columns.nrows();
+                for ((columns, with), without) in derivatives.iter_mut().zip(&with).zip(without) {
+                    let offset = j * columns.nrows();
                     for (row, derivative) in columns.column_mut(variable).iter_mut().enumerate() {
-                        *derivative = (with[own + row] - without[own + row]) * size;
+                        *derivative = (with[offset + row] - without[offset + row]) * size;
                     }
                 }
             }
         }
-        Ok(all)
+        Ok(derivatives)
     }
 
-    /// Variables of the past that the equations read between two times, as many at once as there are
-    /// directions.
+    /// Variables of the past that the equations read between two times, in groups of at most the number of directions.
     fn read_late(&self, past: &Remembered, p: &[f64], over: Interval) -> Vec<Vec<usize>> {
         let variables = past.read_between(&self.delays(p), over);
         let at_once = self.system.signature().directions.len().max(1);
         variables.chunks(at_once).map(<[usize]>::to_vec).collect()
     }
 
-    /// A run over an interval, with all that is to be remembered of it.
+    /// A run over an interval, with all values of it that are to be remembered.
     fn run_over(
         &self,
         problem: &ModelProblem<'_>,
@@ -366,11 +366,11 @@ impl<'a> IntervalModel<'a> {
         if run.events.is_empty() {
             return Ok(run);
         }
-        // What jumps at events is known on both sides of them.
+        // Values that jump at events are stored on both sides of these.
         self.run(problem, &past.asked(&delays, &run.events, over), wanted)
     }
 
-    /// Unknowns that fulfil the equations, and how they depend on states and parameters.
+    /// Unknowns that satisfy the equations, and their dependence on states and parameters.
     fn consistent(
         &self,
         problem: &ModelProblem<'_>,
@@ -403,7 +403,7 @@ impl<'a> IntervalModel<'a> {
             .map_err(|failure| TrialFailure::Simulation(failure.error))
     }
 
-    /// States that are held by their bounds: nothing makes them stray.
+    /// States that are held by their bounds, so that process noise does not act on them.
     pub(super) fn held(&self, at: &RunState, coordinates: &Coordinates) -> Vec<usize> {
         let Some(memory) = &at.memory else { return Vec::new() };
         let discrete = &self.system.signature().discrete;
@@ -423,7 +423,7 @@ impl<'a> IntervalModel<'a> {
         (coordinates.p(self.p, variables), y.into_iter().enumerate().collect())
     }
 
-    /// Derivatives do not exist: the first equation to blame, or the model as a whole.
+    /// The failure for undefined derivatives: the first such equation, or the whole model.
     fn undefined(&self, t: f64, solution: &Solution) -> TrialFailure {
         let named = solution.undefined.first().map(|undefined| undefined.equation.clone());
         let equation = named.unwrap_or_else(|| self.system.signature().name.to_string());
@@ -431,7 +431,7 @@ impl<'a> IntervalModel<'a> {
     }
 }
 
-/// Where a run has ended.
+/// The state at the end of a run.
 fn ended(from: &RunState, run: &mut Solution) -> RunState {
     let mut past = from.past.clone();
     if let Some(past) = &mut past {
@@ -440,7 +440,7 @@ fn ended(from: &RunState, run: &mut Solution) -> RunState {
     RunState { y: run.y(run.len() - 1).to_vec(), memory: run.memory.take(), past }
 }
 
-/// Rows of the states of derivatives of all unknowns, SI, in scaled variables.
+/// Rows of the states in derivatives of all unknowns, SI, converted to scaled variables.
 fn rows_of_states(by: &DMatrix<f64>, coordinates: &Coordinates) -> DMatrix<f64> {
     DMatrix::from_fn(coordinates.n_states(), by.ncols(), |row, column| {
         by[(coordinates.states[row], column)] / coordinates.sizes[row]
@@ -451,7 +451,7 @@ fn rows_of_states(by: &DMatrix<f64>, coordinates: &Coordinates) -> DMatrix<f64> 
 fn transition(s: &[f64], n: usize, coordinates: &Coordinates, variables: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(coordinates.n_states(), coordinates.len(), |row, column| {
         let slope = coordinates.slope(column, variables[column]);
-        let of = coordinates.directions[column] * n + coordinates.states[row];
-        s[of] * slope / coordinates.sizes[row]
+        let entry = coordinates.directions[column] * n + coordinates.states[row];
+        s[entry] * slope / coordinates.sizes[row]
     })
 }

@@ -1,10 +1,10 @@
-//! Outputs that are read late: what they were, from what is remembered.
+//! Delayed outputs, evaluated from remembered values.
 //!
 //! ```text
 //!   w(t) = E(s),  s = t − τ:   ∂w/∂δ_j = ∂E/∂y hat_j(s),   ∂w/∂θ = ∂E/∂θ − ẇ ∂τ/∂θ
 //! ```
 //!
-//! with ẇ along the past. Before the first row all is as in it.
+//! with ẇ along the past. Before the first row all values are those of the first row.
 
 use std::borrow::Cow;
 
@@ -18,7 +18,7 @@ use super::error::FilterError;
 use super::remembered::Remembered;
 use crate::error::TrialFailure;
 
-/// Outputs that are read late, and of which unknowns.
+/// Delayed outputs, with the unknowns that they read.
 pub(super) struct LateOutputs {
     outputs: Vec<LateOutput>,
 }
@@ -30,7 +30,7 @@ struct LateOutput {
     unknowns: Vec<usize>,
 }
 
-/// What the late outputs were at one time.
+/// The values of the delayed outputs at one time.
 pub(super) struct Readings<'a> {
     problem: &'a ModelProblem<'a>,
     here: Point<'a>,
@@ -38,7 +38,7 @@ pub(super) struct Readings<'a> {
     all: Vec<(&'a LateOutput, Reading)>,
 }
 
-/// What one of them read.
+/// The value of one of them.
 struct Reading {
     t: f64,
     y: Vec<f64>,
@@ -50,7 +50,7 @@ struct Reading {
 impl LateOutputs {
     /// # Errors
     ///
-    /// [`FilterError::NotFollowed`] for outputs that read what is yet to come.
+    /// [`FilterError::NotFollowed`] for outputs that read future values.
     pub(super) fn new(system: &dyn Model, p: &[f64]) -> Result<Self, FilterError> {
         let signature = system.signature();
         let inputs = Inputs::none();
@@ -75,30 +75,30 @@ impl LateOutputs {
         self.outputs.iter().flat_map(|late| late.unknowns.iter().copied())
     }
 
-    /// What they were; of the point `here` the inputs are not looked at.
+    /// Their values; the inputs of the point `here` are not used.
     pub(super) fn read<'a>(
         &'a self,
         problem: &'a ModelProblem<'a>,
         here: Point<'a>,
         past: &'a Remembered,
     ) -> Result<Readings<'a>, TrialFailure> {
-        let mut all = Vec::new();
+        let mut unknowns = Vec::new();
         if !self.outputs.is_empty() {
             let (tau, inputs) = (delays(problem), inputs_read(problem)?);
-            let of = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
-            all.extend(self.outputs.iter().map(of));
+            let read = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
+            unknowns.extend(self.outputs.iter().map(read));
         }
-        Ok(Readings { problem, here, past, all })
+        Ok(Readings { problem, here, past, all: unknowns })
     }
 }
 
 impl Readings<'_> {
-    /// Replaces what the outputs are by what they were.
+    /// Replaces current outputs by their delayed values.
     pub(super) fn write(&self, w: &mut [f64]) {
-        let mut all = vec![0.0; w.len()];
+        let mut delayed = vec![0.0; w.len()];
         for (late, was) in &self.all {
-            self.problem.system.outputs(was.at(self.here), &mut all);
-            w[late.output] = all[late.output];
+            self.problem.system.outputs(was.at(self.here), &mut delayed);
+            w[late.output] = delayed[late.output];
         }
     }
 
@@ -116,9 +116,10 @@ impl Readings<'_> {
         let signature = problem.system.signature();
         let dtau = delay_sensitivities(problem);
         let [by_y, by_u, by_p] = &signature.output_jacobians;
-        let of = |len: usize| vec![0.0; len];
-        let (mut dwdy, mut dwdu, mut dwdp) = (of(by_y.len()), of(by_u.len()), of(by_p.len()));
-        let mut dwdt = of(signature.outputs.len());
+        let zeros = |len: usize| vec![0.0; len];
+        let (mut dwdy, mut dwdu, mut dwdp) =
+            (zeros(by_y.len()), zeros(by_u.len()), zeros(by_p.len()));
+        let mut dwdt = zeros(signature.outputs.len());
         for (late, was) in all {
             let (row, at) = (late.output, was.at(*here));
             problem.system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
@@ -136,8 +137,8 @@ impl Readings<'_> {
             }
             for (column, direction) in coordinates.directions.iter().enumerate() {
                 let Direction::Parameter(i) = signature.directions[*direction] else { continue };
-                let own = by_p.positions().zip(&dwdp).find(|(at, _)| *at == (row, i));
-                let by_theta = own.map_or(0.0, |(_, slope)| *slope);
+                let entry = by_p.positions().zip(&dwdp).find(|(at, _)| *at == (row, i));
+                let by_theta = entry.map_or(0.0, |(_, slope)| *slope);
                 let moved = rate * dtau[direction * signature.delays.len() + late.delay];
                 c[(row, column)] =
                     (by_theta - moved) * coordinates.slope(column, variables[column]);
@@ -156,7 +157,7 @@ fn inputs_read<'p>(problem: &'p ModelProblem<'_>) -> Result<Cow<'p, Inputs>, Tri
     problem.inputs_read().map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))
 }
 
-/// What was `tau` before a point; unknowns that are not remembered are as they are there.
+/// The values a time `tau` before a point; unknowns that are not remembered have their current values.
 fn reading(inputs: &Inputs, here: Point<'_>, tau: f64, past: &Remembered) -> Reading {
     let t = here.t - tau.max(0.0);
     let (mut y, mut ydot) = (here.y.to_vec(), vec![0.0; here.y.len()]);

@@ -1,4 +1,4 @@
-//! From one row to the next: the estimate along the model, and how uncertain it becomes.
+//! From one row to the next: moves the estimate and its covariance along the model.
 
 use dgd_runtime::Inputs;
 use nalgebra::{DMatrix, DVector};
@@ -12,7 +12,7 @@ use super::unscented::Spread;
 use crate::error::TrialFailure;
 
 impl Filter<'_> {
-    /// Moves the estimate to the next row. After an error it is where it was.
+    /// Moves the estimate to the next row. After an error it is unchanged.
     pub(super) fn predict(&mut self, inputs: &Inputs, over: Interval) -> Result<(), TrialFailure> {
         match self.estimator {
             Estimator::Unscented(spread) => self.predict_points(spread, inputs, over),
@@ -30,8 +30,8 @@ impl Filter<'_> {
         }
     }
 
-    /// The same by sigma points. Each goes through the modes that it comes to; the next interval begins in
-    /// that of the middle one.
+    /// [`Self::predict`] by sigma points. Each point follows its own modes; the next interval starts in those of the
+    /// middle one.
     fn predict_points(
         &mut self,
         spread: Spread,
@@ -59,8 +59,8 @@ impl Filter<'_> {
         self.arrive(deviations, inputs, over, place, next)
     }
 
-    /// Takes over where the estimate has come to: `moved` is the root of its covariance without noise, or the
-    /// derivatives that are carried. After an error all is as before.
+    /// Updates the estimate at the end of an interval: `moved` is the root of its covariance without noise, or the
+    /// carried derivatives. After an error all is unchanged.
     fn arrive(
         &mut self,
         moved: DMatrix<f64>,
@@ -70,17 +70,17 @@ impl Filter<'_> {
         mut variables: Vec<f64>,
     ) -> Result<(), TrialFailure> {
         let Self { model, coordinates, .. } = &*self;
-        let own = coordinates.len();
+        let n_present = coordinates.len();
         let mut gone = Vec::new();
         if let Some(past) = &mut place.past {
             gone = past.forget(model.reach(&coordinates.p(model.p, &variables)));
             for position in &mut gone {
-                *position += own;
+                *position += n_present;
             }
         }
         let known = variables.len() - gone.len();
-        variables.truncate(own);
-        variables.resize(own + place.past.as_ref().map_or(0, Remembered::len), 0.0);
+        variables.truncate(n_present);
+        variables.resize(n_present + place.past.as_ref().map_or(0, Remembered::len), 0.0);
 
         let mut densities = self.guarded(over.length());
         for k in model.held(&place, coordinates) {
@@ -113,7 +113,7 @@ impl Filter<'_> {
         Ok(())
     }
 
-    /// Densities of the walks; parameters that are as uncertain as at first do not walk.
+    /// Densities of the process noise; parameters with their initial uncertainty get none.
     fn guarded(&self, dt: f64) -> Vec<f64> {
         let n_states = self.coordinates.n_states();
         let mut densities = self.densities.clone();
@@ -124,7 +124,7 @@ impl Filter<'_> {
         densities
     }
 
-    /// States that could not be moved are less certain.
+    /// Increases the uncertainty of states that could not be moved.
     pub(super) fn stray(&mut self, until: f64, dt: f64) {
         let densities = self.guarded(dt);
         let noise =
@@ -132,7 +132,7 @@ impl Filter<'_> {
         let noise = DMatrix::from_diagonal(&noise).resize_vertically(self.root.nrows(), 0.0);
         self.root = triangular(&beside(&self.root, &noise));
         if let Some(past) = &mut self.place.past {
-            // The last copy is all that is known of what was since.
+            // The last copy is the best estimate of the values since then.
             past.hold(until);
             let (each, known) = (past.sizes().len(), self.variables.len());
             self.variables.resize(known + each, 0.0);
@@ -149,13 +149,13 @@ fn without(m: DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
     if rows.is_empty() { m } else { m.remove_rows_at(rows) }
 }
 
-/// The root of the covariance in which states that are algebraic at the time follow the others.
+/// The root of the covariance in which currently algebraic states follow the others.
 pub(super) fn consistent(phi: &DMatrix<f64>, root: DMatrix<f64>) -> DMatrix<f64> {
     let (n_states, n) = phi.shape();
     if *phi == DMatrix::identity(n_states, n) {
         return root;
     }
-    let mut all = DMatrix::identity(n, n);
-    all.rows_mut(0, n_states).copy_from(phi);
-    all * root
+    let mut transition = DMatrix::identity(n, n);
+    transition.rows_mut(0, n_states).copy_from(phi);
+    transition * root
 }

@@ -1,4 +1,4 @@
-//! States and parameters to track, and how uncertain they are.
+//! States and parameters to track, and their uncertainties.
 
 use dgd_runtime::for_identify::{differential_somewhere, parameter_size, unknown_sizes};
 use dgd_runtime::model::Model;
@@ -7,29 +7,29 @@ use dgd_runtime::{Direction, Inputs, Options, Problem, consistent_start};
 use super::error::{FilterError, Missing};
 use super::unscented::Spread;
 
-/// Part of its size that a state is uncertain by at first.
+/// Default initial uncertainty of a state, relative to its size.
 const STATE_START: f64 = 0.1;
-/// Part of its size that a free parameter is uncertain by at first.
+/// Default initial uncertainty of a free parameter, relative to its size.
 const PARAMETER_START: f64 = 0.3;
-/// Part of its size that a state strays by in a minute, beside what the equations say.
+/// Default process noise of a state in a minute, relative to its size.
 const STATE_WALK: f64 = 1e-3;
-/// Part of its size that a free parameter strays by in an hour.
+/// Default process noise of a free parameter in an hour, relative to its size.
 const PARAMETER_WALK: f64 = 0.1;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 
-/// How estimates are moved and corrected.
+/// The algorithm that moves and corrects estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Estimator {
-    /// Extended Kalman filter: covariances go along the linearised model.
+    /// Extended Kalman filter: covariances follow the linearised model.
     ///
     /// # Source
     ///
     /// Jazwinski, Stochastic Processes and Filtering Theory (1970), §8.3; in square-root array form
     /// Kailath, Sayed, Hassibi, Linear Estimation (2000), §12.3.
     ExtendedKalman,
-    /// Unscented Kalman filter: the model moves points that have the covariance.
+    /// Unscented Kalman filter: the model moves points with the same covariance.
     ///
     /// # Source
     ///
@@ -39,35 +39,33 @@ pub enum Estimator {
     /// Recursive prediction error method on the simulated model: parameters and start values by recursive
     /// least squares, with the model's sensitivities ψ = ∂ŵ/∂θ as regressors.
     ///
-    /// The simulation is moved along with the estimates, x ← x + ∂x/∂θ Δθ: to first order, it is where
-    /// the model run with the present estimates would be. States have no noise of their own.
+    /// The simulation is moved with the estimates, x ← x + ∂x/∂θ Δθ: to first order, this is the model simulated with
+    /// the current estimates. States have no process noise.
     ///
     /// # Source
     ///
     /// Ljung, Söderström, Theory and Practice of Recursive Identification (1983), §3.7.
     Recursive {
-        /// λ in (0, 1]: what a sample weighs when the next one is there. Parameters forget, start values
-        /// do not.
+        /// λ in (0, 1]: weight of a sample relative to the next one. It applies to parameters, not to start values.
         forgetting_factor: f64,
-        /// R₀: a step that would bring the largest eigenvalue of the parameters' covariance above it
-        /// leaves the covariance as it is (Haukanes 2015, Table 3.1). In units of the largest at first.
+        /// R₀: a step that would bring the largest eigenvalue of the parameters' covariance above it leaves the
+        /// covariance unchanged (Haukanes 2015, Table 3.1). Relative to the initial largest eigenvalue.
         most_covariance: f64,
     },
 }
 
-/// How uncertain a quantity is at first, and how fast it strays.
+/// Initial uncertainty and process noise of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walk {
-    /// Standard deviation at first, SI.
+    /// Initial standard deviation, SI.
     pub start: f64,
-    /// Standard deviation of how far it strays by itself in a second, SI/√s: the root of its spectral
-    /// density.
+    /// Process noise: standard deviation of the random walk after one second, SI/√s, the root of its spectral density.
     pub rate: f64,
 }
 
 /// Noise and uncertainties.
 ///
-/// | field | one for each |
+///  field | length: one for each |
 /// |---|---|
 /// | `states` | unknown that is differential in some mode, in the order of y |
 /// | `parameters` | free parameter, in the order of the model's directions |
@@ -76,10 +74,10 @@ pub struct Walk {
 pub struct Tuning {
     /// The states.
     pub states: Vec<Walk>,
-    /// The free parameters. Their walk never brings them beyond their first uncertainty, so that what the
-    /// data says nothing about does not wind up.
+    /// The free parameters. Their process noise never increases them beyond their initial uncertainty, so that
+    /// parameters without information in the data do not wind up.
     pub parameters: Vec<Walk>,
-    /// σ of the outputs, SI; `None` for one that is not used.
+    /// σ of the outputs, SI; `None` for an unused one.
     pub noise: Vec<Option<f64>>,
 }
 
@@ -90,23 +88,23 @@ impl Tuning {
     }
 }
 
-/// What to track.
+/// A filter problem: the quantities to track.
 #[derive(Debug, Clone)]
 pub struct FilterProblem<'a> {
-    /// The model. Its directions are the parameters that can be free and the start values of all
-    /// unknowns that are differential in some mode.
+    /// The model. Its directions are the parameters that can be free and the start values of all unknowns that are
+    /// differential in some mode.
     pub system: &'a dyn Model,
-    /// All parameters, SI: values of those that are not free, first estimates of the others.
+    /// All parameters, SI: values of fixed ones, first estimates of free ones.
     pub p: &'a [f64],
-    /// Which of the directions are free; only parameters are looked at, since states are always tracked.
+    /// Which of the directions are free; only parameters matter because states are always tracked.
     pub free: Vec<bool>,
     /// Start values that replace the model's, by position of the unknown, SI.
     pub start: Vec<(usize, f64)>,
-    /// How estimates are moved and corrected.
+    /// The algorithm that moves and corrects estimates.
     pub estimator: Estimator,
-    /// Samples whose innovation is more than so many of its standard deviations are left out.
+    /// Samples whose innovation exceeds this many of its standard deviations are ignored.
     pub gate: Option<f64>,
-    /// How to integrate.
+    /// Integrator options.
     pub options: Options,
 }
 
@@ -147,25 +145,23 @@ pub(super) fn states_of(system: &dyn Model) -> Vec<usize> {
     (0..somewhere.len()).filter(|i| somewhere[*i]).collect()
 }
 
-/// What was read at one time.
+/// The readings at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample<'a> {
     /// Time, s.
     pub t: f64,
-    /// Inputs as declared, SI; NaN for one that was not read, which keeps its last value.
+    /// Inputs as declared, SI; NaN for a missing one, which keeps its last value.
     pub u: &'a [f64],
-    /// Outputs, SI; NaN for one that was not read.
+    /// Outputs, SI; NaN for a missing one.
     pub measured: &'a [f64],
 }
 
-/// Noise and uncertainties where nobody says: the outputs' declared noise; states uncertain by 10 % of
-/// their size and straying by 0.1 % of it in a minute; parameters uncertain by 30 % and straying by 10 % in
-/// an hour.
+/// Default noise and uncertainties: the outputs' declared noise; for states, an uncertainty of 10 % of their size and
+/// process noise of 0.1 % in a minute; for parameters, an uncertainty of 30 % and process noise of 10 % in an hour.
 ///
 /// # Errors
 ///
-/// [`FilterError::Start`]: sizes of states are those of their start values where the model declares no
-/// nominal ones.
+/// [`FilterError::Start`]: the sizes of states without declared nominal values are those of their start values.
 pub fn usual_tuning(problem: &FilterProblem<'_>, first: Sample<'_>) -> Result<Tuning, FilterError> {
     let FilterProblem { system, p, start, options, .. } = problem;
     let signature = system.signature();
@@ -181,7 +177,7 @@ pub fn usual_tuning(problem: &FilterProblem<'_>, first: Sample<'_>) -> Result<Tu
         rate: STATE_WALK * sizes[*i] / MINUTE.sqrt(),
     };
     let parameter = |i: &usize| {
-        // A logarithm has the size 1, and its derivative is the value.
+        // A logarithm has size 1, and its derivative is the value.
         let log = signature.parameters[*i].log;
         let size = if log { p[*i].abs() } else { parameter_size(system, *i) };
         Walk { start: PARAMETER_START * size, rate: PARAMETER_WALK * size / HOUR.sqrt() }
@@ -193,7 +189,7 @@ pub fn usual_tuning(problem: &FilterProblem<'_>, first: Sample<'_>) -> Result<Tu
     })
 }
 
-/// All inputs have a value in the first row.
+/// Checks that all inputs have a value in the first row.
 pub(super) fn verify_first_inputs(
     problem: &FilterProblem<'_>,
     first: Sample<'_>,
@@ -205,7 +201,7 @@ pub(super) fn verify_first_inputs(
     }
 }
 
-/// Checks numbers that a user may have given.
+/// Checks numbers that may come from a user.
 pub(super) fn verify_tuning(
     problem: &FilterProblem<'_>,
     tuning: &Tuning,
@@ -217,8 +213,8 @@ pub(super) fn verify_tuning(
         if let Some(sigma) = *noise
             && !(sigma > 0.0 && sigma.is_finite())
         {
-            let of = format!("the noise of output `{}`", output.name);
-            return wrong(of, sigma, "a positive number");
+            let subject = format!("the noise of output `{}`", output.name);
+            return wrong(subject, sigma, "a positive number");
         }
     }
     let states = problem.states().into_iter().map(|i| signature.unknowns.name(i));

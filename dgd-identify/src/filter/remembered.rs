@@ -1,15 +1,15 @@
-//! What unknowns were, as far back as a model or its outputs read them.
+//! Past values of unknowns, as far back as a model or its outputs read them.
 //!
-//! The past is no better known than the present, and samples correct both. So each row leaves a copy of the
-//! unknowns that are read late among the variables (stochastic cloning: Roumeliotis, Burdick 2002). Between
-//! two of these *nodes* the past is as the model moved it, and changes with them in a straight line:
+//! The past is no better known than the present, and samples correct both. So each row adds a copy of the delayed
+//! unknowns to the variables (stochastic cloning: Roumeliotis, Burdick 2002). Between two of these *nodes* the past is
+//! the model's trajectory, plus a piecewise linear perturbation:
 //!
 //! ```text
-//!   y(s) = ŷ(s) + Σ_j hat_j(s) δ_j,   hat_j(t_i) = 1 where i = j, else 0
-//!   x(t_{k+1}) changes with δ_j as it does with a past that has the sensitivity hat_j
+//!   y(s) = ŷ(s) + Σ_j hat_j(s) δ_j,   hat_j(t_i) = 1 if i = j, else 0
+//!   ∂x(t_{k+1})/∂δ_j is the sensitivity to a past that has the sensitivity hat_j
 //! ```
 //!
-//! Of very many rows only some are nodes. What nothing reaches back to any more is forgotten.
+//! If rows are dense, only some of them are nodes. Values beyond the longest delay are dropped.
 
 use dgd_runtime::for_identify::{Hat, NODES, Past, Seed};
 use dgd_runtime::{Event, Solution};
@@ -17,14 +17,14 @@ use dgd_runtime::{Event, Solution};
 use super::coordinates::Coordinates;
 use super::interval::Interval;
 
-/// Nodes within the longest delay.
+/// Number of nodes within the longest delay.
 const MOST_NODES: f64 = 60.0;
-/// So much further back than the longest delay the past is kept: delays may be estimated.
+/// Margin, relative to the longest delay, for which the past is stored: delays may be estimated.
 const MARGIN: f64 = 1.25;
-/// Polynomials for an interval between two rows, at least, and at most where it has many kinks.
+/// Minimum number of polynomials for an interval between two rows, and their number if it has many kinks.
 const PIECES: usize = 2;
 const MOST_PIECES: usize = 6;
-/// What jumps at an event does so within this part of the interval.
+/// Jumps at events happen within this fraction of the interval.
 const AT_ONCE: f64 = 1e-7;
 
 /// The past of an estimate.
@@ -33,12 +33,12 @@ pub(super) struct Remembered {
     past: Past,
     /// Sizes of the unknowns.
     sizes: Vec<f64>,
-    /// Times of the nodes, ascending; the last is the present.
+    /// Times of the nodes, ascending; the last is the current time.
     nodes: Vec<f64>,
 }
 
 impl Remembered {
-    /// Of the unknowns at the positions `watched`, with sizes of all unknowns.
+    /// The past of the unknowns at the positions `watched`; `sizes` has the sizes of all unknowns.
     pub(super) fn new(watched: &[usize], sizes: &[f64], t: f64, y: &[f64]) -> Self {
         let sizes = watched.iter().map(|i| sizes[*i]).collect();
         Self { past: Past::new(watched.to_vec(), t, y), sizes, nodes: vec![t] }
@@ -48,7 +48,7 @@ impl Remembered {
         &self.past
     }
 
-    /// Since when it is known.
+    /// The earliest known time.
     pub(super) fn since(&self) -> f64 {
         self.past.from()
     }
@@ -63,13 +63,13 @@ impl Remembered {
         &self.sizes
     }
 
-    /// How many variables it has: those of a node after each other.
+    /// Number of variables, node by node.
     pub(super) fn len(&self) -> usize {
         self.nodes.len() * self.sizes.len()
     }
 
-    /// Times at which a run from row to row has to give the unknowns: ends and inner nodes of polynomials, which
-    /// end where what is late by `delays` reads a row, at which it has a kink, and about events.
+    /// Times at which a run from row to row has to return the unknowns: ends and inner nodes of polynomials, which end
+    /// where a value delayed by one of `delays` reads a row, at which it has a kink, and around events.
     pub(super) fn asked(
         &self,
         delays: &[(usize, f64)],
@@ -97,17 +97,17 @@ impl Remembered {
         if ends.is_empty() {
             ends.extend((1..PIECES).map(|k| from + (until - from) * k as f64 / PIECES as f64));
         }
-        let mut asked = vec![from];
+        let mut times = vec![from];
         let mut begin = from;
         for end in ends.into_iter().chain([until]) {
-            asked.extend(inner_nodes().map(|part| begin + (end - begin) * part));
-            asked.push(end);
+            times.extend(inner_nodes().map(|part| begin + (end - begin) * part));
+            times.push(end);
             begin = end;
         }
-        asked
+        times
     }
 
-    /// Goes on with a run over the [`asked`](Self::asked) times.
+    /// Continues with a run over the [`asked`](Self::asked) times.
     pub(super) fn go_on(&mut self, run: &Solution) {
         let rows = NODES.len() - 1;
         let about = AT_ONCE * (run.times[run.len() - 1] - run.times[0]);
@@ -121,7 +121,7 @@ impl Remembered {
             if end - begin < 3.0 * about && run.events.iter().any(|event| is_within(&event)) {
                 continue;
             }
-            // What is about an event belongs to its neighbours.
+            // Times around an event belong to the polynomials next to it.
             begin = self.past.until();
             let next = run.events.iter().find(|event| (event.t - end - about).abs() < 0.5 * about);
             if let Some(event) = next {
@@ -135,7 +135,7 @@ impl Remembered {
         self.add_node();
     }
 
-    /// Goes on with what was last, where nothing is known of the interval.
+    /// Continues with the last value if the interval is unknown.
     pub(super) fn hold(&mut self, until: f64) {
         let from = self.past.until();
         let n = self.watched().iter().max().map_or(0, |last| last + 1);
@@ -152,8 +152,8 @@ impl Remembered {
         self.nodes.push(self.past.until());
     }
 
-    /// Forgets what is `reach` before the present, and nodes of which there are too many. Gives the positions
-    /// of their variables, ascending.
+    /// Drops values more than `reach` before the current time, and superfluous nodes. Returns the positions of their
+    /// variables, ascending.
     pub(super) fn forget(&mut self, reach: f64) -> Vec<usize> {
         let n = self.nodes.len();
         let present = self.nodes[n - 1];
@@ -172,17 +172,17 @@ impl Remembered {
     }
 
     fn hat(&self, node: usize) -> Hat {
-        let at = |node: usize| self.nodes.get(node).copied();
-        let left = node.checked_sub(1).and_then(at);
-        Hat { left, top: self.nodes[node], right: at(node + 1) }
+        let node_time = |node: usize| self.nodes.get(node).copied();
+        let left = node.checked_sub(1).and_then(node_time);
+        Hat { left, top: self.nodes[node], right: node_time(node + 1) }
     }
 
-    /// How one of the unknowns, at a time, changes with each variable: positions and weights.
+    /// Derivatives of one of the unknowns at a time with respect to each variable: positions and weights.
     pub(super) fn weights(&self, unknown: usize, t: f64) -> Vec<(usize, f64)> {
         let each = self.sizes.len();
-        let all = (0..self.nodes.len())
+        let weights = (0..self.nodes.len())
             .map(|node| (node * each + unknown, self.hat(node).at(t) * self.sizes[unknown]));
-        all.filter(|(_, weight)| *weight != 0.0).collect()
+        weights.filter(|(_, weight)| *weight != 0.0).collect()
     }
 
     /// Value and rate of one of the unknowns at a time.
@@ -190,8 +190,7 @@ impl Remembered {
         self.past.value(unknown, t)
     }
 
-    /// Positions of the variables that are read between two times by what is late by `delays`: of unknown and
-    /// delay.
+    /// Positions of the variables that `delays`, pairs of unknown and delay, read between two times.
     pub(super) fn read_between(&self, delays: &[(usize, f64)], over: Interval) -> Vec<usize> {
         let Interval { from, until } = over;
         let each = self.sizes.len();
@@ -231,7 +230,7 @@ impl Remembered {
         }
     }
 
-    /// Ends at the states that the variables say.
+    /// Sets the end to the states given by the variables.
     pub(super) fn end_at(&mut self, coordinates: &Coordinates, variables: &[f64]) {
         let mut steps = vec![0.0; self.len()];
         let present = *self.nodes.last().unwrap_or(&0.0);

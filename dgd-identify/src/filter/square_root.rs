@@ -1,4 +1,4 @@
-//! Covariances as triangular factors, P = L Lᵀ: symmetric and never below zero, whatever rounding does.
+//! Covariances as triangular factors, P = L Lᵀ: symmetric and non-negative, whatever the rounding errors.
 //!
 //! ```text
 //!   prediction:   [Φ L   Q½] Θ = [L⁻   0]                      Θ orthogonal
@@ -10,11 +10,11 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// The series of a short interval is cut after so many terms: with 2 ‖A‖ h ≤ ½ the rest is below
-/// rounding, 0.5¹³/13!.
+/// Number of terms in the series of a short interval: with 2 ‖A‖ h ≤ ½ the remainder is below rounding error,
+/// 0.5¹³/13!.
 const TERMS: usize = 13;
 
-/// The lower triangular L with L Lᵀ = M Mᵀ, its diagonal not below zero.
+/// The lower triangular L with L Lᵀ = M Mᵀ and a non-negative diagonal.
 pub(super) fn triangular(m: &DMatrix<f64>) -> DMatrix<f64> {
     let n = m.nrows();
     let r = m.transpose().qr().r();
@@ -36,13 +36,13 @@ pub(super) fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> 
     both
 }
 
-/// What a correction gives.
+/// The result of a correction.
 pub(super) struct Corrected {
     /// L⁺.
     pub root: DMatrix<f64>,
     /// K ε.
     pub step: DVector<f64>,
-    /// S^{-½} ε: white and of unit variance where the filter is right.
+    /// S^{-½} ε: white and of unit variance if the filter is right.
     pub whitened: DVector<f64>,
     /// ln det S.
     pub log_det: f64,
@@ -50,8 +50,8 @@ pub(super) struct Corrected {
     pub innovation_root: DMatrix<f64>,
 }
 
-/// Takes in innovations ε of outputs with noise σ. `of_outputs` and `of_variables` are roots of H P Hᵀ and
-/// of P with the same columns: H L and L, or the deviations of sigma points.
+/// Corrects by innovations ε of outputs with noise σ. `of_outputs` and `of_variables` are roots of H P Hᵀ and of P with
+/// the same columns: H L and L, or the deviations of sigma points.
 pub(super) fn correct(
     sigma: &[f64],
     of_outputs: &DMatrix<f64>,
@@ -85,16 +85,15 @@ pub(super) fn correct(
     }
 }
 
-/// Covariance of what white noise of the densities `q` leaves after `dt`,
-/// Q = ∫₀^dt e^{As} diag(q) e^{Aᵀs} ds, as a root; `a` has a row for each of the first variables, the
-/// others do not move.
+/// Covariance due to white noise of the densities `q` after `dt`, Q = ∫₀^dt e^{As} diag(q) e^{Aᵀs} ds, as a root; `a`
+/// has a row for each of the first variables, the others are constant.
 ///
 /// ```text
 ///   Q(h) = Σ D_k h^{k+1}/(k+1)!,   D₀ = diag(q),  D_{k+1} = A D_k + D_k Aᵀ
 ///   Q(2h) = Q(h) + Φ(h) Q(h) Φ(h)ᵀ,   Φ(2h) = Φ(h)²
 /// ```
 ///
-/// Doubling adds only terms that are not negative, so that stiff models are harmless. `None` where it overflows.
+/// Doubling adds only non-negative terms, so stiff models are harmless. `None` on overflow.
 pub(super) fn integrated_noise(a: &DMatrix<f64>, q: &[f64], dt: f64) -> Option<DMatrix<f64>> {
     let n = q.len();
     let mut whole = DMatrix::zeros(n, n);
@@ -143,7 +142,7 @@ fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
     sum
 }
 
-/// B with B Bᵀ = P, where P may be singular; `None` where P is not finite.
+/// B with B Bᵀ = P, which may be singular; `None` if P is not finite.
 fn root(p: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     if p.iter().any(|value| !value.is_finite()) {
         return None;
@@ -173,8 +172,8 @@ mod tests {
         assert!((&l * l.transpose() - &thin * thin.transpose()).amax() < 1e-15);
     }
 
-    /// dx = −a x dt + dβ: Q = q (1 − e^{−2 a dt})/(2a), also where a dt is large; a second state that
-    /// integrates the first, with a = 0: q dt, q dt²/2, q dt³/3.
+    /// dx = −a x dt + dβ: Q = q (1 − e^{−2 a dt})/(2a), also for large a dt; a second state integrates the first, with
+    /// a = 0: q dt, q dt²/2, q dt³/3.
     #[test]
     fn white_noise_is_integrated_as_in_closed_form() {
         for (a, dt) in [(0.3, 2.0), (5.0e4, 10.0), (-0.2, 3.0)] {

@@ -1,4 +1,4 @@
-//! Sigma points: a few points with the mean and covariance of what they stand for.
+//! Sigma points: a few points with a given mean and covariance.
 //!
 //! ```text
 //!   χ₀ = x,  χ_{±i} = x ± √(n + λ) L_i,   λ = α² (n + κ) − n
@@ -6,25 +6,25 @@
 //!   covariance:  W₀ᶜ = W₀ + 1 − α² + β,       W_i
 //! ```
 //!
-//! Weights below zero are refused: a covariance with them need not be one.
+//! Negative weights are refused: the resulting matrix need not be a covariance.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::error::{FilterError, Missing};
 
-/// How sigma points are spread.
+/// The spread of sigma points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
-    /// α: how far out they are.
+    /// α: distance from the mean.
     pub alpha: f64,
-    /// β: what is known of the fourth moment; 2 for normal distributions.
+    /// β: depends on the fourth moment; 2 for normal distributions.
     pub beta: f64,
     /// κ.
     pub kappa: f64,
 }
 
 impl Default for Spread {
-    /// α = 1, β = 2, κ = 0: no weight is below zero, and errors of the solver are not made larger.
+    /// α = 1, β = 2, κ = 0: no weight is negative, and solver errors are not amplified.
     fn default() -> Self {
         Self { alpha: 1.0, beta: 2.0, kappa: 0.0 }
     }
@@ -37,7 +37,7 @@ impl Spread {
 
     /// # Errors
     ///
-    /// [`FilterError::Option`] where weights of the covariance would be below zero.
+    /// [`FilterError::Option`] if weights of the covariance would be negative.
     pub(super) fn verify(self, n: usize) -> Result<(), FilterError> {
         let spread = n as f64 + self.lambda(n);
         let wrong = |of: &str, value, expected| {
@@ -48,13 +48,13 @@ impl Spread {
         }
         let weight = self.weights(n).1;
         if weight.is_nan() || weight < 0.0 {
-            let of = "the weight of the middle sigma point in the covariance";
-            return wrong(of, weight, "zero or above: use a larger α or β");
+            let subject = "the weight of the middle sigma point in the covariance";
+            return wrong(subject, weight, "zero or above: use a larger α or β");
         }
         Ok(())
     }
 
-    /// Weights of the middle point in the mean and in the covariance, and of each other point.
+    /// Weights of the middle point in the mean and in the covariance, and weight of each other point.
     fn weights(self, n: usize) -> (f64, f64, f64) {
         let lambda = self.lambda(n);
         let spread = n as f64 + lambda;
@@ -62,7 +62,7 @@ impl Spread {
         (middle, middle + 1.0 - self.alpha * self.alpha + self.beta, 0.5 / spread)
     }
 
-    /// The points, one a column, the middle one first.
+    /// The points as columns, the middle one first.
     pub(super) fn points(self, x: &[f64], root: &DMatrix<f64>) -> DMatrix<f64> {
         let n = x.len();
         let far = (n as f64 + self.lambda(n)).sqrt();
@@ -73,8 +73,8 @@ impl Spread {
         })
     }
 
-    /// Mean of points, and their deviations from it, weighted so that D Dᵀ is the covariance; n is the
-    /// number of variables that the points were drawn for.
+    /// Mean of points, and their deviations from it, weighted so that D Dᵀ is the covariance; n is the number of
+    /// variables for which the points were drawn.
     pub(super) fn moments(self, points: &DMatrix<f64>, n: usize) -> (DVector<f64>, DMatrix<f64>) {
         let (of_mean, of_covariance, other) = self.weights(n);
         let mut mean = points.column(0) * of_mean;
@@ -109,7 +109,7 @@ mod tests {
         assert!(Spread { alpha: 1e-3, beta: 2.0, kappa: 0.0 }.verify(3).is_err());
     }
 
-    /// E x² of a normal deviate is m² + σ²: sigma points see the curvature that a linearisation does not.
+    /// E x² of a normal deviate is m² + σ²: sigma points include the curvature that a linearisation misses.
     #[test]
     fn the_mean_of_a_square_is_exact() {
         let spread = Spread::default();

@@ -1,29 +1,29 @@
-//! Whether the innovations are what the filter expects.
+//! Consistency test of the innovations.
 //!
-//! Normalised squares of innovations, εᵀS⁻¹ε, sum to χ² with as many degrees of freedom as there were
-//! samples, where the filter is right (Bar-Shalom, Li, Kirubarajan 2001, §5.4). A sum over the last rows
-//! that is far too large for that says that the filter has lost its way.
+//! If the filter is right, the normalised squares of innovations, εᵀS⁻¹ε, sum to χ² with as many degrees of freedom as
+//! there are samples (Bar-Shalom, Li, Kirubarajan 2001, §5.4). A far larger sum over the last rows indicates that the
+//! filter has diverged.
 
 use std::collections::VecDeque;
 
-/// Rows that are looked at together.
+/// Number of rows in the sum.
 const ROWS: usize = 50;
-/// A sample counts as no more than five standard deviations: single outliers are not a filter's fault.
+/// Cap on a sample, five standard deviations squared: single outliers do not indicate divergence.
 const MOST_SQUARE: f64 = 25.0;
-/// So many standard deviations beyond what is expected: once in a million.
+/// Number of standard deviations beyond the expectation, with a probability of one in a million.
 const BEYOND: f64 = 4.75;
 
-/// A change of what is to be thought of the innovations.
+/// A change in the consistency of the innovations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Alarm {
-    /// They are persistently larger than the filter expects.
+    /// They are persistently larger than the filter predicts.
     Diverged {
-        /// Root of the mean normalised square: by how much they are larger.
+        /// Root of the mean normalised square: the factor by which they are larger.
         ratio: f64,
-        /// Over so many rows.
+        /// Number of rows.
         rows: usize,
     },
-    /// They are as large as expected again.
+    /// They are consistent again.
     Recovered,
 }
 
@@ -35,7 +35,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Takes in the normalised square of a row with so many samples.
+    /// Adds the normalised square of a row with `samples` samples.
     pub(super) fn take(&mut self, square: f64, samples: usize) -> Option<Alarm> {
         if samples == 0 {
             return None;
@@ -43,7 +43,7 @@ impl Watch {
         if self.last.len() == ROWS {
             self.last.pop_front();
         }
-        // NaN is not small.
+        // NaN must not count as small.
         let cap = MOST_SQUARE * samples as f64;
         self.last.push_back((if square <= cap { square } else { cap }, samples));
         if self.last.len() < ROWS {
@@ -85,8 +85,8 @@ mod tests {
         assert_eq!(watch.take(1e9, 2), None);
     }
 
-    /// The quantile of χ² with 100 degrees of freedom that is exceeded once in a million times is 182.13;
-    /// the approximation is good to a thousandth that far out.
+    /// The quantile of χ² with 100 degrees of freedom that is exceeded with a probability of one in a million is
+    /// 182.13; the approximation is accurate to a thousandth that far out.
     #[test]
     fn the_bound_is_a_quantile() {
         assert!((most(100.0) / 182.13 - 1.0).abs() < 3e-3, "{}", most(100.0));

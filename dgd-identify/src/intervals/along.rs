@@ -1,24 +1,24 @@
-//! From a minimum outwards along one variable, to where the deviance has its threshold.
+//! From a minimum outwards along one variable, to the threshold of the deviance.
 //!
-//! Steps are such that √d, a straight line where the model is linear, grows by a fifth of its threshold
-//! each; the crossing is then closed in on by the false position of √d.
+//! Steps are chosen so that √d, which is linear for a linear model, grows by a fifth of its threshold each; the
+//! crossing is then located by false position on √d.
 
 use crate::intervals::profile::{End, Profile, THRESHOLD};
 use crate::progress::{Of, Progress, Watch};
 
-/// √d grows by this part of its threshold in a step.
+/// √d grows by this fraction of its threshold in a step.
 const STEP: f64 = 0.2;
 
-/// A step is repeated with half its length where √d has grown by more than this part of the threshold.
+/// A step is repeated with half its length if √d has grown by more than this fraction of the threshold.
 const TOO_FAR: f64 = 0.6;
 
-/// A crossing is known where √d is this close to that of the threshold, relative to it.
+/// Relative accuracy of √d at the threshold.
 const CLOSE: f64 = 1e-3;
 
-/// Most points of a side.
+/// Limit on the points of a side.
 const MOST_POINTS: usize = 60;
 
-/// A minimum with the variable held.
+/// A minimum with the variable fixed.
 #[derive(Debug, Clone)]
 pub(crate) struct HeldMinimum {
     /// All variables.
@@ -33,7 +33,7 @@ impl HeldMinimum {
         self.deviance.max(0.0).sqrt()
     }
 
-    /// All variables on the line from `other` through this place, to where the i-th has a value.
+    /// All variables on the line from `other` through this point, at a given value of the i-th.
     pub(crate) fn moved_on(&self, i: usize, held: f64, other: &HeldMinimum) -> Vec<f64> {
         let part = (held - self.z[i]) / (self.z[i] - other.z[i]);
         let moved = self.z.iter().zip(&other.z);
@@ -43,12 +43,12 @@ impl HeldMinimum {
     }
 }
 
-/// The minimum with the variable held at a value, looked for from a place and one before or behind it;
-/// `None` where none is found.
+/// The minimum with the variable fixed at a value, searched from a point and one before or after it; `None` if none is
+/// found.
 pub(crate) type Held<'a> =
     dyn Fn(f64, &HeldMinimum, Option<&HeldMinimum>) -> Option<HeldMinimum> + 'a;
 
-/// What is walked along: a variable of the order of 1, or a logarithm.
+/// The path of a profile: a variable of the order of 1, or a logarithm.
 pub(crate) struct Way<'a> {
     /// Position of the variable.
     pub i: usize,
@@ -56,17 +56,17 @@ pub(crate) struct Way<'a> {
     pub centre: Vec<f64>,
     /// Bounds of the variable.
     pub bounds: (f64, f64),
-    /// A side that is open ends this far away.
+    /// An unbounded side ends at this distance.
     pub reach: f64,
-    /// Standard deviation of the variable, where there is one.
+    /// Standard deviation of the variable, if known.
     pub std: Option<f64>,
-    /// The minimum with the variable held.
+    /// Finds the minimum with the variable fixed.
     pub place: &'a Held<'a>,
-    /// Whether to leave it at what there is.
+    /// Whether to stop with the partial result.
     pub is_stopped: &'a dyn Fn() -> bool,
 }
 
-/// The profiles of some estimates, one after the other; where the watch stops them, those that are complete.
+/// The profiles of some estimates, one by one; if cancelled, those that are complete.
 pub(crate) fn one_by_one(
     estimates: &[usize],
     watch: &dyn Watch,
@@ -75,22 +75,22 @@ pub(crate) fn one_by_one(
     let mut profiles = Vec::with_capacity(estimates.len());
     for j in estimates {
         let profile = profile(*j);
-        // A result found after this was asked may lack something.
+        // A result that was found before this check may be incomplete.
         if watch.is_stopped() {
             break;
         }
         profiles.push(profile);
-        let of = Of::Exactly(estimates.len());
-        watch.advanced(Progress { what: "profiles", done: profiles.len(), of });
+        let total = Of::Exactly(estimates.len());
+        watch.advanced(Progress { what: "profiles", done: profiles.len(), of: total });
     }
     profiles
 }
 
 /// One side of a profile.
 pub(crate) struct Arm {
-    /// From the minimum outwards, without it.
+    /// From the minimum outwards, without the minimum.
     pub places: Vec<HeldMinimum>,
-    /// What its end means.
+    /// Meaning of its end.
     pub end: fn(f64) -> End,
     /// Its end.
     pub at: HeldMinimum,
@@ -135,7 +135,7 @@ impl Way<'_> {
                 h *= (STEP / growth).max(0.1);
                 continue;
             }
-            // Five steps of a linear model end at the threshold but for rounding.
+            // Five steps of a linear model end at the threshold, up to rounding.
             if place.root() >= (1.0 - CLOSE) * threshold {
                 return self.crossing(arm, place);
             }
@@ -149,7 +149,7 @@ impl Way<'_> {
         arm
     }
 
-    /// Closes in on the threshold between where an arm is and a place beyond it.
+    /// Locates the threshold between the end of an arm and a point beyond it.
     fn crossing(&self, mut arm: Arm, beyond: HeldMinimum) -> Arm {
         let threshold = THRESHOLD.sqrt();
         let (mut inside, mut outside) = (arm.at.clone(), beyond.clone());
@@ -166,7 +166,7 @@ impl Way<'_> {
                 outside = place;
                 break;
             }
-            // Illinois: the end that stays counts half.
+            // Illinois: the weight of the end that stays is halved.
             if f < 0.0 {
                 (inside, f_inside) = (place, f);
                 f_outside *= 0.5;

@@ -1,4 +1,4 @@
-//! A fit's problem again, to be solved near the estimates: with the noise and the steps it ended with.
+//! Solves a fit's problem again near the estimates, with the final noise and steps of the fit.
 
 use dgd_runtime::Options;
 use dgd_runtime::model::Model;
@@ -16,13 +16,12 @@ use crate::progress::Watch;
 use crate::recording::Recording;
 use crate::variables::{Variable, Variables};
 
-/// A rise of Σ ρ is known well enough to this, in units of what is left per degree of freedom: its threshold of 95 %
-/// is 3.8.
+/// Accuracy of a rise of Σ ρ, in units of the residual variance per degree of freedom: its 95 % threshold is 3.8.
 const KNOWN: f64 = 1e-3;
 
-/// What is solved again around a fit.
+/// The problem to solve around a fit.
 ///
-/// It has no system, so that threads can share it and have one each.
+/// It does not contain the system, so that threads can share it and have one each.
 pub(crate) struct Around<'a> {
     p: &'a [f64],
     free: Vec<bool>,
@@ -32,7 +31,7 @@ pub(crate) struct Around<'a> {
     loss: Loss,
     options: Options,
     pub variables: Variables,
-    /// Where the fit ended.
+    /// Estimates of the fit as variables.
     pub z: Vec<f64>,
     /// Bounds of the variables.
     pub bounds: Vec<(f64, f64)>,
@@ -40,12 +39,12 @@ pub(crate) struct Around<'a> {
     rule: StoppingRule,
     pub watch: &'a dyn Watch,
     pub journal: &'a dyn Journal,
-    /// Of all of it, if anything is kept.
+    /// Digest of the problem, if a journal is used.
     pub of: Option<Digest>,
 }
 
 impl<'a> Around<'a> {
-    /// With at most so many simulations each time.
+    /// With at most this many simulations for each solution.
     pub(crate) fn new(
         problem: &OutputErrorProblem<'a>,
         fit: &Fit,
@@ -93,7 +92,7 @@ impl<'a> Around<'a> {
         })
     }
 
-    /// What is found around the fit, or was before.
+    /// A result around the fit, from the journal or computed.
     pub(crate) fn kept<T: Kept, E>(
         &self,
         arguments: impl FnOnce(Digest) -> Digest,
@@ -128,17 +127,19 @@ impl<'a> Around<'a> {
         Ok(weigh(problem, &self.variables, z, &self.sigma, sums))
     }
 
-    /// The minimum that is found from z, within bounds that may be narrower than the model's, with the
-    /// recordings and priors of `problem`.
+    /// The minimum found from z, within bounds that may be narrower than the model's, with the recordings and priors of
+    /// `problem`.
     pub(crate) fn minimum(
         &self,
         problem: &OutputErrorProblem<'_>,
         z: Vec<f64>,
         bounds: &[(f64, f64)],
     ) -> Result<Minimum<Weighted, TrialFailed>, TrialFailed> {
-        let at = self.evaluated(problem, &z)?;
+        let evaluated = self.evaluated(problem, &z)?;
         let reach = self.variables.reach();
         let region = Region { bounds, reach: &reach, leading: self.variables.n_shared };
-        Ok(minimise_watched(z, at, region, &self.rule, self.watch, |z| self.evaluated(problem, z)))
+        Ok(minimise_watched(z, evaluated, region, &self.rule, self.watch, |z| {
+            self.evaluated(problem, z)
+        }))
     }
 }

@@ -1,15 +1,15 @@
-//! Residual bootstrap: how estimates scatter when the residuals come again in another order.
+//! Residual bootstrap: the scatter of estimates under resampled residuals.
 //!
 //! ```text
 //!   y* = w(t; θ̂) + e*        e*: blocks of e √(N/ν), of random beginnings and lengths
 //!   θ* = fit of y*, from θ̂    standard deviation and quantiles of many θ*
 //! ```
 //!
-//! Blocks keep what colour the residuals have, and they are the same for all outputs of a recording, so
-//! that outputs that err together go on doing so. Their lengths are geometric (the stationary
-//! bootstrap) with a mean that minimises the error of the variance of a mean. e is less its mean in
-//! each recording, with the weights of the loss, and scaled for the ν = N − n that a fit of n leaves free. A prior is drawn around
-//! the estimate. Weights are those of the fit.
+//! Blocks preserve the autocorrelation of the residuals, and they are the same for all outputs of a recording, so that
+//! cross-correlations between outputs are preserved as well. Their lengths are geometric (the stationary bootstrap)
+//! with a mean that minimises the error of the variance of a mean. e is the residual less its mean in each recording,
+//! with the weights of the loss, scaled for the ν = N − n degrees of freedom of a fit of n variables. Priors are drawn
+//! around the estimate. Weights are those of the fit.
 //!
 //! Sources: Politis, Romano, The stationary bootstrap, J. Am. Stat. Assoc. 89 (1994) 1303; Politis,
 //! White, Automatic block-length selection for the dependent bootstrap, Econometric Reviews 23 (2004)
@@ -32,17 +32,17 @@ use crate::progress::{Of, Progress};
 use crate::random::Uniform;
 use crate::recording::{Derivatives, Recording, outputs_of};
 
-/// Most simulations of a refit, which starts next to its minimum.
+/// Limit on the simulations of a refit, which starts near its minimum.
 const MOST_EVALUATIONS: usize = 40;
 
-/// Estimates of many resampled data sets.
+/// Estimates from resampled data sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bootstrap {
     /// All estimates of each refit that reached a minimum, SI, in the order of the fit's.
     pub replicates: Vec<Vec<f64>>,
-    /// Refits that did not.
+    /// Number of refits that did not.
     pub failures: usize,
-    /// Refits that were not made, or not to the end, because the problem's watch stopped them.
+    /// Number of refits that were not started or not completed because of cancellation.
     pub left_out: usize,
     /// Mean length of the blocks in each recording, in rows.
     pub block_lengths: Vec<f64>,
@@ -60,15 +60,15 @@ impl Bootstrap {
         Some((values().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
     }
 
-    /// The [`percentiles`] between which an estimate is with this probability, SI; `None` with fewer refits than have one
-    /// beyond each.
+    /// The interval of an estimate with this probability, SI, from its [`percentiles`]; `None` if there are too few
+    /// refits.
     pub fn interval(&self, estimate: usize, probability: f64) -> Option<(f64, f64)> {
         let values = self.replicates.iter().map(|replicate| replicate[estimate]);
         percentiles(values.collect(), probability)
     }
 }
 
-/// The values between which this share of some is; `None` where fewer than one is beyond each.
+/// The interval that contains this share of the values; `None` if fewer than one value lies beyond each end.
 ///
 /// Of n sorted values, the k-th is the quantile k/(n + 1); between them it is linear.
 pub fn percentiles(mut values: Vec<f64>, probability: f64) -> Option<(f64, f64)> {
@@ -85,19 +85,18 @@ pub fn percentiles(mut values: Vec<f64>, probability: f64) -> Option<(f64, f64)>
     Some((quantile(below), quantile(n as f64 + 1.0 - below)))
 }
 
-/// Refits a fit's problem to so many resampled data sets, by the threads of the problem.
+/// Refits a fit's problem to resampled data sets, in the threads of the problem.
 ///
-/// `random` gives each replicate, by its number, a generator of its own of uniform 64-bit numbers, so that
-/// results do not depend on threads. Where the watch of the problem stops it, the refits that are complete
-/// are given.
+/// `random` returns a generator of uniform 64-bit numbers for each replicate, by its number, so that results do not
+/// depend on threads. If cancelled, returns the complete refits.
 ///
 /// # Errors
 ///
-/// As [`fit`](crate::fit); or the problem cannot be simulated where the fit ended.
+/// As [`fit`](crate::fit); or the problem cannot be simulated at the estimates of the fit.
 ///
 /// # Panics
 ///
-/// When the fit is not one of the problem.
+/// If the fit does not belong to the problem.
 pub fn bootstrap<G: FnMut() -> u64>(
     problem: &OutputErrorProblem<'_>,
     fit: &Fit,
@@ -107,10 +106,10 @@ pub fn bootstrap<G: FnMut() -> u64>(
     let around = Around::new(problem, fit, MOST_EVALUATIONS)?;
     let data = fit.samples + effective_priors(problem, &around.variables);
     let spread = (data as f64 / fit.degrees_of_freedom.max(1) as f64).sqrt();
-    let at = around.problem(problem.system).unwatched();
+    let unwatched = around.problem(problem.system).unwatched();
     let mut sources = Vec::with_capacity(problem.recordings.len());
     for (r, recording) in problem.recordings.iter().enumerate() {
-        let options = &at.options;
+        let options = &unwatched.options;
         let starts = &fit.starts[r];
         let simulated =
             outputs_of(problem.system, recording, &fit.p, starts, options, Derivatives::No)
@@ -125,7 +124,7 @@ pub fn bootstrap<G: FnMut() -> u64>(
     }
 
     let done = AtomicUsize::new(0);
-    // None where no minimum was reached.
+    // `None` if no minimum was reached.
     let refit = |system: &dyn Model, k: usize| -> Result<Option<Vec<f64>>, LeftOut> {
         if around.watch.is_stopped() {
             return Err(LeftOut);
@@ -146,7 +145,7 @@ pub fn bootstrap<G: FnMut() -> u64>(
                 Ok(Some(variables.map(|(variable, z)| variable.value(*z)).collect()))
             }
             Ok(minimum) if minimum.termination == Termination::Stopped => Err(LeftOut),
-            // One that was stopped on its way fails as well.
+            // A cancelled refit fails as well.
             Ok(_) | Err(_) if around.watch.is_stopped() => Err(LeftOut),
             Ok(_) | Err(_) => Ok(None),
         }
@@ -159,12 +158,12 @@ pub fn bootstrap<G: FnMut() -> u64>(
         let refit = around.kept(drawn, || refit(system, k));
         if refit.is_ok() {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let of = Of::Exactly(replicates);
-            around.watch.advanced(Progress { what: "resampled data sets", done, of });
+            let total = Of::Exactly(replicates);
+            around.watch.advanced(Progress { what: "resampled data sets", done, of: total });
         }
         refit
     });
-    let mut found = Bootstrap {
+    let mut bootstrap = Bootstrap {
         replicates: Vec::with_capacity(replicates),
         failures: 0,
         left_out: 0,
@@ -172,18 +171,18 @@ pub fn bootstrap<G: FnMut() -> u64>(
     };
     for refit in refits {
         match refit {
-            Ok(Some(estimates)) => found.replicates.push(estimates),
-            Ok(None) => found.failures += 1,
-            Err(LeftOut) => found.left_out += 1,
+            Ok(Some(estimates)) => bootstrap.replicates.push(estimates),
+            Ok(None) => bootstrap.failures += 1,
+            Err(LeftOut) => bootstrap.left_out += 1,
         }
     }
-    Ok(found)
+    Ok(bootstrap)
 }
 
-/// A refit that was not made to the end.
+/// A refit that was not completed.
 struct LeftOut;
 
-/// What is drawn from in one recording.
+/// The source of resampled data for one recording.
 struct Source<'a> {
     recording: &'a Recording,
     channels: Vec<Option<Channel>>,
@@ -195,17 +194,17 @@ struct Source<'a> {
 struct Channel {
     /// Positions of the samples that count.
     positions: Vec<usize>,
-    /// What the fit simulates there, SI.
+    /// Simulated values of the fit at these samples, SI.
     simulated: Vec<f64>,
     /// Residuals, less their mean and scaled, SI.
     residuals: Vec<f64>,
-    /// For each position of the recording, the first of the residuals from there on, cyclic; `None` in a gap.
+    /// For each position of the recording, the next residual, cyclic; `None` in a gap.
     nearest: Vec<Option<usize>>,
-    /// Rows from one sample to the next, as a rule.
+    /// Usual number of rows from one sample to the next.
     spacing: usize,
 }
 
-/// Samples further apart than so many times what is usual have a gap between them.
+/// A gap is a distance between samples of more than this multiple of the usual one.
 const GAP: usize = 2;
 
 impl Channel {
@@ -228,7 +227,7 @@ impl Channel {
         let mean = if weights > 0.0 { weighted / weights } else { 0.0 };
         let residuals = errors().map(|e| (e - mean) * spread).collect();
         let n = positions.len();
-        // Rows up to each sample from the one before, cyclic.
+        // Rows from each sample to the previous one, cyclic.
         let mut steps: Vec<usize> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
         steps.insert(0, positions[0] + len - positions[n - 1]);
         let spacing = {
@@ -243,17 +242,17 @@ impl Channel {
         Some(Self { nearest: nearest.collect(), positions, simulated, residuals, spacing })
     }
 
-    /// For each sample, which residual comes there: that of the row from which the recording's blocks take
-    /// theirs, or where that lies in a gap, one of a block of the channel's own.
+    /// For each sample, the position of its residual: that of the row from which the recording's blocks are drawn, or,
+    /// if that lies in a gap, of a block of the channel's own.
     fn drawn<G: FnMut() -> u64>(&self, from: &[usize], uniform: &mut Uniform<G>) -> Vec<usize> {
         let n = self.residuals.len();
-        let mut own: Option<(usize, usize)> = None;
+        let mut block: Option<(usize, usize)> = None;
         let drawn = self.positions.iter().map(|k| {
             if let Some(residual) = self.nearest[from[*k]] {
-                own = None;
+                block = None;
                 return residual;
             }
-            let residual = match own {
+            let residual = match block {
                 Some((before, residual))
                     if from[*k] == (from[before] + k - before) % from.len() =>
                 {
@@ -261,7 +260,7 @@ impl Channel {
                 }
                 Some(_) | None => uniform.below(n),
             };
-            own = Some((*k, residual));
+            block = Some((*k, residual));
             residual
         });
         drawn.collect()
@@ -279,11 +278,11 @@ impl<'a> Source<'a> {
         Self { recording, channels, block_length }
     }
 
-    /// The recording with what was simulated and blocks of residuals.
+    /// The recording with simulated values and resampled residuals.
     fn resampled<G: FnMut() -> u64>(&self, uniform: &mut Uniform<G>) -> Recording {
         let n = self.recording.times.len();
         let mut recording = self.recording.clone();
-        // Positions whose residuals come at each position.
+        // For each position, the position of its residuals.
         let mut from: Vec<usize> = Vec::with_capacity(n);
         for _ in 0..n {
             let next = match from.last() {
@@ -311,8 +310,8 @@ impl<'a> Source<'a> {
 ///   b = (2G²/D N)^⅓,   G = Σ λ(k/M)|k| R(k),   D = 2 (Σ λ(k/M) R(k))²       k = −M … M
 /// ```
 ///
-/// λ is flat to a half and falls to zero at 1; M is twice the lag behind which K autocorrelations in a
-/// row are within 2√(log₁₀N/N). At least 1 and at most 3√N or N/3.
+/// λ is flat up to a half and falls to zero at 1; M is twice the lag after which K autocorrelations in a row are within
+/// 2√(log₁₀N/N). At least 1 and at most 3√N or N/3.
 fn block_length(e: &[f64]) -> f64 {
     let n = e.len();
     let count = n as f64;

@@ -1,7 +1,7 @@
-//! What short stretches of the recordings add to the normal equations, and parts made of these.
+//! Contributions of short stretches of the recordings to the normal equations, and parts composed of these.
 //!
-//! One simulation with sensitivities fills the cells. Where a recording is to be divided is known only
-//! then: each part is to know as much about the parameters as any other,
+//! One simulation with sensitivities fills the cells. Only then is it known how to divide recordings into parts with
+//! equal information about the parameters,
 //!
 //! ```text
 //!   h_c = Σ_i (C H_c C)ᵢᵢ/Cᵢᵢ        i: parameters;  H_c: information of cell c;  C = (Σ H_c)⁻¹
@@ -17,14 +17,14 @@ use crate::error::TrialFailure;
 use crate::noise::loss::Loss;
 use crate::recording::{Column, Derivatives, Recording, outputs_of, write_slopes};
 
-/// Parts that recordings are divided into. A standard deviation of ten numbers is known to a quarter; with
-/// more of them each would know less of the parameters, and say no more of what the model misses.
+/// Number of parts that recordings are divided into. A standard deviation of ten numbers is accurate to a quarter; more
+/// parts would each determine the parameters less well, and tell no more about model errors.
 pub(crate) const PARTS: usize = 10;
 
-/// Cells of all recordings together, as many as make parts even …
+/// Limit on the cells of all recordings: enough for even parts …
 const MOST_CELLS: usize = 240;
 const LEAST_CELLS: usize = 4 * PARTS;
-/// … and need no more numbers than this.
+/// … with no more numbers than this.
 const MOST_NUMBERS: usize = 1 << 22;
 
 /// Consecutive samples of one recording.
@@ -63,14 +63,14 @@ impl Cell {
     }
 }
 
-/// What a recording adds: by consecutive samples, and by outputs.
+/// Contributions of a recording: by consecutive samples, and by outputs.
 #[derive(Debug, Clone)]
 pub(crate) struct Divided {
     pub cells: Vec<Cell>,
     pub outputs: Vec<Cell>,
 }
 
-/// How many cells each recording is divided into, with so many variables of its own.
+/// Number of cells of each recording, given its number of variables.
 pub(crate) fn cells_of(recordings: &[Recording], own: usize) -> Vec<usize> {
     let rows: usize = recordings.iter().map(|recording| recording.times.len()).sum();
     let most = (MOST_NUMBERS / (own * own).max(1)).clamp(LEAST_CELLS, MOST_CELLS);
@@ -82,15 +82,15 @@ pub(crate) fn cells_of(recordings: &[Recording], own: usize) -> Vec<usize> {
     recordings.iter().map(of_recording).collect()
 }
 
-/// By what samples are weighed.
+/// Weights of samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Weights<'a> {
-    /// σ of each output, SI; `None` for one that is not fitted.
+    /// σ of each output, SI; `None` if it is not fitted.
     pub sigma: &'a [Option<f64>],
     pub loss: Loss,
 }
 
-/// Where a recording is simulated.
+/// The point at which a recording is simulated.
 #[derive(Clone, Copy)]
 pub(crate) struct SimulatedAt<'a> {
     pub p: &'a [f64],
@@ -98,7 +98,7 @@ pub(crate) struct SimulatedAt<'a> {
     pub options: &'a Options,
 }
 
-/// What a recording adds, in `n` cells.
+/// The contributions of a recording, in `n` cells.
 pub(crate) fn cells(
     system: &dyn Model,
     (r, recording): (usize, &Recording),
@@ -115,16 +115,16 @@ pub(crate) fn cells(
             .map_err(TrialFailure::Simulation)?;
         return Ok(filling.divided);
     }
-    let seen = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
+    let simulated = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
     for k in 0..recording.times.len() {
         if filling.wants(k) {
-            filling.take(k, seen.w(k), seen.dw(k));
+            filling.take(k, simulated.w(k), simulated.dw(k));
         }
     }
     Ok(filling.divided)
 }
 
-/// Adds samples to the cells that they are in.
+/// Adds samples to their cells.
 struct Filling<'a> {
     recording: &'a Recording,
     /// Samples before this one do not count.
@@ -161,7 +161,7 @@ impl<'a> Filling<'a> {
     }
 }
 
-/// A sample, where there is one.
+/// A sample, if there is one.
 fn measured(recording: &Recording, output: usize, k: usize) -> Option<f64> {
     let samples = recording.measured[output].as_deref()?;
     samples.get(k).copied().filter(|value| value.is_finite())
@@ -192,8 +192,8 @@ impl Samples for Filling<'_> {
     }
 }
 
-/// Parts: runs of consecutive cells that know about as much each, `shares` of the whole being what cells
-/// know. Of few recordings each is divided by itself; many are grouped.
+/// Parts: runs of consecutive cells with similar information; `shares` are the cells' shares of the whole. A few
+/// recordings are divided separately; many are grouped.
 pub(crate) fn parts(recordings: &[usize], shares: &[f64]) -> Vec<std::ops::Range<usize>> {
     let whole: f64 = shares.iter().sum();
     let mut ends = recordings.chunk_by(|a, b| a == b).scan(0, |end, chunk| {
@@ -219,13 +219,13 @@ pub(crate) fn parts(recordings: &[usize], shares: &[f64]) -> Vec<std::ops::Range
     of_recordings.iter().flat_map(divide).collect()
 }
 
-/// At most `n` runs of consecutive numbers with sums as even as they can be without dividing a number.
+/// At most `n` runs of consecutive numbers, with sums as even as possible without dividing a number.
 fn divided(numbers: &[f64], n: usize) -> Vec<std::ops::Range<usize>> {
     let whole: f64 = numbers.iter().sum();
     let (mut runs, mut from, mut sum) = (Vec::new(), 0, 0.0);
     for (k, number) in numbers.iter().enumerate() {
         let aim = whole * (runs.len() + 1) as f64 / n as f64;
-        // Ends before a number that would take it further beyond the aim than it is short of it now.
+        // A run ends before a number that would exceed the target by more than the run falls short of it now.
         if k > from && runs.len() + 1 < n && sum + number - aim > aim - sum {
             runs.push(from..k);
             from = k;
@@ -252,14 +252,14 @@ mod tests {
         assert_eq!((found[0].clone(), found[9].clone()), (0..42, 58..100));
         assert!(found[1..9].iter().all(|part| part.len() == 2), "{found:?}");
 
-        // Two recordings, of which one knows three times as much.
+        // Two recordings, one of which has three times as much information.
         let recordings: Vec<usize> = (0..80).map(|c| usize::from(c >= 40)).collect();
         let shares: Vec<f64> = recordings.iter().map(|r| if *r == 0 { 3.0 } else { 1.0 }).collect();
         let found = parts(&recordings, &shares);
         assert_eq!(found.len(), 11, "7.5 and 2.5, rounded");
         assert!(found.iter().all(|part| part.start >= 40 || part.end <= 40), "{found:?}");
 
-        // Many recordings are grouped, and one cell that knows everything is a part.
+        // Many recordings are grouped, and one cell with all information is a part.
         let recordings: Vec<usize> = (0..30).collect();
         assert_eq!(
             parts(&recordings, &[1.0; 30]),

@@ -1,22 +1,22 @@
-//! What determines each estimate: where the information about it comes from.
+//! The samples that determine each estimate: the sources of its information.
 //!
 //! ```text
 //!   s⊥ = J C eᵢ / Cᵢᵢ        rows of J: ∂w/∂θ/σ at each sample; C: covariance of the estimates
 //!   Σ s⊥² = 1/Cᵢᵢ            over samples and priors
 //! ```
 //!
-//! s⊥ is what is left of the sensitivity to θᵢ when the part that changes of the others could mimic
-//! is taken out (in J = QR with θᵢ last, its last row). Its squares are parts of the information that
-//! the standard deviation comes from, and can be added up by recording, output, or kind of sample.
+//! s⊥ is the sensitivity to θᵢ without the component that changes of the others could mimic (in J = QR with θᵢ last,
+//! its last row). Its squares are contributions to the information behind the standard deviation, and can be added up
+//! by recording, output, or kind of sample.
 //!
-//! What more of one kind would do, its samples being n of N:
+//! The effect of more samples of one kind, of which there are n among N:
 //!
 //! ```text
 //!   C′ = (I + C H)⁻¹ C,   H = N/n Σ_kind s sᵀ/σ²        s: ∂w/∂θ
 //! ```
 //!
-//! is the covariance with as many samples again as there are, all of that kind. Over √½, which the same
-//! recordings once more would give, a kind is a waste of time; the smallest is the test to make.
+//! is the covariance with N additional samples, all of that kind. Above √½, the result of repeating the same
+//! recordings, a kind is not worth measuring; the kind with the smallest value is the best test.
 //!
 //! Source of the latter: Fedorov, Theory of Optimal Experiments (1972) §2, a design point's gain.
 
@@ -29,38 +29,37 @@ use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
 use crate::recording::outputs_with_sensitivities;
 
-/// Where the information about an estimate comes from. All parts add up to 1, that of the prior
-/// included.
+/// The sources of the information about an estimate. All shares, including that of the prior, add up to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Information {
     /// Position among the estimates.
     pub estimate: usize,
-    /// Parts of the recordings.
+    /// Shares of the recordings.
     pub recordings: Vec<f64>,
-    /// Parts of the outputs.
+    /// Shares of the outputs.
     pub outputs: Vec<f64>,
-    /// Parts of the kinds of samples.
+    /// Shares of the kinds of samples.
     pub kinds: Vec<f64>,
-    /// By kind, the standard deviation over what it is, with as many samples again as there are, all of
-    /// that kind; `None` for a kind without samples.
+    /// For each kind, the relative standard deviation after doubling the number of samples by that kind; `None` for a
+    /// kind without samples.
     pub again: Vec<Option<f64>>,
-    /// The same with all recordings once more: √½ without priors.
+    /// The relative standard deviation after repeating all recordings: √½ without priors.
     pub all_again: f64,
-    /// The sample that says most: recording, output and position.
+    /// The most informative sample: recording, output and position.
     pub best: Option<(usize, usize, usize)>,
 }
 
 /// Information about each estimate that is determined and not at a bound.
 ///
-/// `kinds` has for each sample of each recording which kind it is, of `n_kinds`.
+/// `kinds` has the kind of each sample of each recording, out of `n_kinds`.
 ///
 /// # Errors
 ///
-/// The problem cannot be simulated where the fit ended.
+/// If the problem cannot be simulated at the estimates of the fit.
 ///
 /// # Panics
 ///
-/// When the fit is not one of the problem, or `kinds` does not fit its recordings.
+/// If the fit does not belong to the problem, or `kinds` does not match its recordings.
 pub fn information(
     problem: &OutputErrorProblem<'_>,
     fit: &Fit,
@@ -89,15 +88,15 @@ pub fn information(
             let recording = &problem.recordings[r];
             let observations =
                 outputs_with_sensitivities(system, recording, &fit.p, &fit.starts[r], &options)?;
-            let mut all: Vec<(Information, f64)> =
+            let mut results: Vec<(Information, f64)> =
                 determined.iter().map(|i| (empty(i), 0.0)).collect();
             let mut sums = vec![OfKind::zeros(n); n_kinds];
             for (output, sigma) in fit.noise.iter().enumerate() {
                 let Some(sigma) = sigma else { continue };
                 for (k, _) in recording.counted(output) {
                     let slope = |j: usize| -> f64 {
-                        let own = fit.estimates[j].recording.is_none_or(|of| of == r);
-                        let column = columns[j].filter(|_| own);
+                        let is_relevant = fit.estimates[j].recording.is_none_or(|of| of == r);
+                        let column = columns[j].filter(|_| is_relevant);
                         column.map_or(0.0, |c| observations.dw(k)[c * observations.n_w + output])
                     };
                     let slopes: Vec<f64> = (0..n).map(slope).collect();
@@ -106,7 +105,7 @@ pub fn information(
                     }
                     sums[kinds[r][k]].add(&slopes, *sigma);
                     for (place, i) in determined.iter().enumerate() {
-                        let (found, most) = &mut all[place];
+                        let (found, most) = &mut results[place];
                         let along = slopes.iter().enumerate();
                         let sum: f64 =
                             along.map(|(j, slope)| fit.seen_covariance(*i, j) * slope).sum();
@@ -120,10 +119,10 @@ pub fn information(
                     }
                 }
             }
-            Ok((all, sums))
+            Ok((results, sums))
         });
 
-    let mut all: Vec<(Information, f64)> = determined.iter().map(|i| (empty(i), 0.0)).collect();
+    let mut results: Vec<(Information, f64)> = determined.iter().map(|i| (empty(i), 0.0)).collect();
     let mut sums = vec![OfKind::zeros(n); n_kinds];
     for (recording, result) in recordings.into_iter().enumerate() {
         let (found, of_recording): (Vec<(Information, f64)>, Vec<OfKind>) =
@@ -132,7 +131,7 @@ pub fn information(
             sum.samples += more.samples;
             sum.information += more.information;
         }
-        for ((sum, most), (one, of_one)) in all.iter_mut().zip(found) {
+        for ((sum, most), (one, of_one)) in results.iter_mut().zip(found) {
             add(&mut sum.recordings, &one.recordings);
             add(&mut sum.outputs, &one.outputs);
             add(&mut sum.kinds, &one.kinds);
@@ -141,7 +140,7 @@ pub fn information(
             }
         }
     }
-    for (found, _) in &mut all {
+    for (found, _) in &mut results {
         let i = found.estimate;
         // Σ (J C eᵢ)² + Σ_priors (wᵀC eᵢ/s)² = Cᵢᵢ
         let whole = fit.covariance(i, i).unwrap_or(f64::NAN);
@@ -153,7 +152,7 @@ pub fn information(
         if variance > 0.0 { variance.sqrt() } else { 1.0 }
     });
     let covariance = DMatrix::from_fn(n, n, |i, j| fit.seen_covariance(i, j) / (size[i] * size[j]));
-    // Standard deviations over what they are, with so many times the samples of a kind.
+    // Relative standard deviations with a multiple of the samples of a kind.
     let with = |more: &OfKind, times: f64| -> Option<Vec<f64>> {
         let h = DMatrix::from_fn(n, n, |i, j| times * size[i] * size[j] * more.information[(i, j)]);
         let after = (DMatrix::identity(n, n) + &covariance * h).lu().solve(&covariance)?;
@@ -173,19 +172,19 @@ pub fn information(
             samples => with(sum, whole.samples as f64 / samples as f64),
         })
         .collect();
-    for (found, _) in &mut all {
+    for (found, _) in &mut results {
         let i = found.estimate;
         found.all_again = of_whole.as_ref().map_or(1.0, |ratios| ratios[i]);
         found.again = of_kinds.iter().map(|ratios| ratios.as_ref().map(|all| all[i])).collect();
     }
-    Ok(all.into_iter().map(|(found, _)| found).collect())
+    Ok(results.into_iter().map(|(found, _)| found).collect())
 }
 
-/// What the samples of a kind know.
+/// The information in the samples of a kind.
 #[derive(Debug, Clone)]
 struct OfKind {
     samples: usize,
-    /// Σ s sᵀ/σ², of all estimates, 1/SI².
+    /// Σ s sᵀ/σ² for all estimates, 1/SI².
     information: DMatrix<f64>,
 }
 

@@ -1,8 +1,8 @@
-//! How far estimates can be believed: what happens next to where a fit has ended, and how estimates scatter.
+//! The uncertainty of estimates: the neighbourhood of a fit's minimum, and the scatter of the estimates.
 //!
-//! [`around`] poses the problem of a fit again; [`profile`] and [`bootstrap`] solve it there, [`along`] walks from
-//! a minimum to the ends of an interval, and [`information`] says which samples determine which estimate. [`spread`] says
-//! how far parts of the recordings are apart, which [`cells`] are put together to.
+//! [`around`] solves the problem of a fit again near its minimum, for [`profile`] and [`bootstrap`]; [`along`] goes
+//! from a minimum to the ends of an interval, and [`information`] finds the samples that determine an estimate.
+//! [`spread`] compares parts of the recordings, which are composed of [`cells`].
 
 pub(crate) mod along;
 pub(crate) mod around;

@@ -1,15 +1,14 @@
-//! Profile likelihood: how far an estimate can go while the others make up for it.
+//! Profile likelihood: the range of an estimate when the others are re-optimised.
 //!
 //! ```text
 //!   d(θᵢ) = min over the other estimates of Σ (e/σ)²  −  Σ (e/σ)² of the fit
 //!   interval:  { θᵢ : d(θᵢ) ≤ χ²₁(0.95) = 1.959964² }
 //! ```
 //!
-//! From the estimate outwards on each side, the others start where they were last, moved on as they
-//! moved before ([`super::along`]). A side that never gets there is open: the data does not bound the
-//! estimate on that side, whatever its standard deviation says. σ is that of the fit all along. Under a
-//! loss that is not squares, d is the rise of Σ ρ(e/σ) over (H⁻¹ G H⁻¹)ᵢᵢ/(H⁻¹)ᵢᵢ ([`crate::noise::loss`]), so
-//! that it rises as 1/std² of the estimate does.
+//! From the estimate outwards on each side, the others start at their last values, extrapolated ([`super::along`]). A
+//! side that does not reach the threshold is unbounded: the data does not bound the estimate on that side, whatever its
+//! standard deviation. σ is that of the fit throughout. For a loss other than squares, d is the rise of Σ ρ(e/σ) over
+//! (H⁻¹ G H⁻¹)ᵢᵢ/(H⁻¹)ᵢᵢ ([`crate::noise::loss`]), so that it rises like 1/std² of the estimate.
 //!
 //! Sources: Venzon, Moolgavkar, A method for computing profile-likelihood-based confidence
 //! intervals, Appl. Statist. 37 (1988) 87; Raue et al., Structural and practical identifiability
@@ -33,39 +32,39 @@ use crate::progress::{Of, Progress};
 use crate::uncertainty::Term;
 use crate::variables::Scale;
 
-/// χ²₁(0.95), what the deviance of an interval of 95 % rises by.
+/// χ²₁(0.95), the rise of the deviance at the ends of a 95 % interval.
 pub const THRESHOLD: f64 = 3.841_458_820_694_124;
 
-/// Most simulations of a point.
+/// Limit on the simulations of a point.
 const MOST_EVALUATIONS: usize = 60;
 
-/// A side ends here where it is open, in sizes of the estimate, or of 1 where that is larger.
+/// End of an unbounded side, in sizes of the estimate, or in units of 1 if that is larger.
 pub(crate) const FAR: f64 = 1e3;
 
-/// The same of a logarithm: a factor of a million.
+/// End of an unbounded side for a logarithm: a factor of a million.
 pub(crate) const FAR_LOGARITHM: f64 = 13.8;
 
-/// What changes by less than this part of the largest relative change has no part in making up.
+/// Estimates that change by less than this fraction of the largest relative change do not compensate.
 const TAKES_PART: f64 = 0.1;
 
-/// What changes by less than this part of its value stays.
+/// Estimates that change by less than this fraction of their value are constant.
 const STAYS: f64 = 1e-3;
 
-/// Where one side of a profile ends.
+/// The end of one side of a profile.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum End {
     /// The deviance reaches its threshold at this value, SI: an end of the interval.
     Interval(f64),
-    /// It does not before the parameter's bound, this value.
+    /// Not below the parameter's bound, this value.
     Bound(f64),
-    /// It does not as far as this value, far away: the data leaves this side open.
+    /// Not up to this remote value: the data does not bound this side.
     Open(f64),
-    /// It does not as far as this value, beyond which the model cannot be simulated.
+    /// Not up to this value, beyond which the model cannot be simulated.
     Unsimulated(f64),
 }
 
 impl End {
-    /// The value, whatever it means.
+    /// The value, whatever its meaning.
     pub fn value(self) -> f64 {
         match self {
             Self::Interval(value)
@@ -101,20 +100,20 @@ pub struct Profile {
     pub estimate: usize,
     /// Values of the estimate, SI, ascending; that of the fit among them.
     pub values: Vec<f64>,
-    /// d of each. A negative one means that the fit has not found the least.
+    /// d of each. A negative one means that the fit missed the minimum.
     pub deviance: Vec<f64>,
-    /// Where it ends below.
+    /// The lower end.
     pub lower: End,
-    /// Where it ends above.
+    /// The upper end.
     pub upper: End,
     /// All estimates at the lower end, SI.
     pub at_lower: Vec<f64>,
     /// All estimates at the upper end, SI.
     pub at_upper: Vec<f64>,
-    /// The other estimates that make up for this one at the lower end, with their changes in parts of
-    /// their sizes. Empty where they stay.
+    /// The other estimates that compensate for this one at the lower end, with their changes relative to their sizes.
+    /// Empty if they do not change.
     pub with_lower: Vec<Term>,
-    /// The same at the upper end.
+    /// The compensating estimates at the upper end.
     pub with_upper: Vec<Term>,
     /// Evaluations of all recordings.
     pub evaluations: usize,
@@ -134,7 +133,7 @@ keep_by_fields!(Profile {
 });
 
 impl Profile {
-    /// The interval of 95 %, SI; `None` for a side that the data leaves open. A bound closes one.
+    /// The 95 % interval, SI; `None` for an unbounded side. A parameter's bound also ends it.
     pub fn interval(&self) -> (Option<f64>, Option<f64>) {
         let end = |end: End| match end {
             End::Interval(value) | End::Bound(value) => Some(value),
@@ -143,8 +142,8 @@ impl Profile {
         (end(self.lower), end(self.upper))
     }
 
-    /// What is found along a way. `value` gives an estimate of a variable, SI; `sizes` what changes of the
-    /// estimates are compared with, SI.
+    /// The profile along a path. `value` converts a variable to the estimate, SI; `sizes` are the scales of changes of
+    /// the estimates, SI.
     pub(crate) fn along(
         way: &Way<'_>,
         value: impl Fn(usize, f64) -> f64,
@@ -153,15 +152,15 @@ impl Profile {
     ) -> Self {
         let (below, above) = (way.arm(-1.0), way.arm(1.0));
         let centre = HeldMinimum { z: way.centre.clone(), deviance: 0.0 };
-        let all = |place: &HeldMinimum| -> Vec<f64> {
+        let estimates = |place: &HeldMinimum| -> Vec<f64> {
             place.z.iter().enumerate().map(|(i, z)| value(i, *z)).collect()
         };
         let mut places: Vec<&HeldMinimum> =
             below.places.iter().chain([&centre]).chain(&above.places).collect();
         places.sort_by(|a, b| a.z[way.i].total_cmp(&b.z[way.i]));
-        let of_fit = all(&centre);
+        let of_fit = estimates(&centre);
         let followers = |at: &[f64]| followers(way.i, &of_fit, at, sizes);
-        let (at_lower, at_upper) = (all(&below.at), all(&above.at));
+        let (at_lower, at_upper) = (estimates(&below.at), estimates(&above.at));
         Self {
             estimate: way.i,
             values: places.iter().map(|place| value(way.i, place.z[way.i])).collect(),
@@ -179,7 +178,7 @@ impl Profile {
 
 /// The other estimates that changed with the i-th.
 fn followers(i: usize, of_fit: &[f64], at: &[f64], sizes: &[f64]) -> Vec<Term> {
-    // An estimate may be zero, its size is not.
+    // An estimate may be zero, but not its size.
     let change = |j: usize| (at[j] - of_fit[j]) / sizes[j];
     let others = (0..at.len()).filter(|j| *j != i);
     let terms: Vec<Term> = others.map(|j| Term { estimate: j, change: change(j) }).collect();
@@ -188,17 +187,16 @@ fn followers(i: usize, of_fit: &[f64], at: &[f64], sizes: &[f64]) -> Vec<Term> {
     terms.into_iter().filter(counts).collect()
 }
 
-/// The profiles of some estimates of a fit to this problem, in the order of `estimates`, by the threads
-/// of the problem. Where its watch stops it, those that are complete are given ([`Profile::estimate`] says
-/// which they are).
+/// The profiles of some estimates of a fit to this problem, in the order of `estimates`, in the threads of the problem.
+/// If cancelled, returns those that are complete ([`Profile::estimate`] identifies them).
 ///
 /// # Errors
 ///
-/// As [`fit`](crate::fit); or the problem cannot be simulated where the fit ended.
+/// As [`fit`](crate::fit); or the problem cannot be simulated at the estimates of the fit.
 ///
 /// # Panics
 ///
-/// When the fit is not one of the problem, or an estimate is not one of the fit.
+/// If the fit does not belong to the problem, or an estimate does not belong to the fit.
 pub fn profiles(
     problem: &OutputErrorProblem<'_>,
     fit: &Fit,
@@ -210,7 +208,7 @@ pub fn profiles(
         .map_err(EstimateError::Start)?;
     let least = first.as_ref().cost;
     let done = AtomicUsize::new(0);
-    let found =
+    let complete =
         in_parallel_by_model(problem.system, estimates.len(), problem.threads, |system, k| {
             let problem = around.problem(system);
             let (i, worth) = (estimates[k], fit.worth(estimates[k]));
@@ -219,7 +217,7 @@ pub fn profiles(
                 |digest| digest.of(&("profile", estimates[k])),
                 || {
                     let profile = along.profile(fit);
-                    // A result found after this was asked may lack something.
+                    // A result that was found before this check may be incomplete.
                     if around.watch.is_stopped() {
                         Err(EstimateError::Stopped)
                     } else {
@@ -229,11 +227,11 @@ pub fn profiles(
             );
             let profile = profile.ok()?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            let of = Of::Exactly(estimates.len());
-            around.watch.advanced(Progress { what: "profiles", done, of });
+            let total = Of::Exactly(estimates.len());
+            around.watch.advanced(Progress { what: "profiles", done, of: total });
             Some(profile)
         });
-    Ok(found.into_iter().flatten().collect())
+    Ok(complete.into_iter().flatten().collect())
 }
 
 /// The profile of one estimate: [`profiles`].
@@ -253,14 +251,14 @@ pub fn profile(
     profiles(problem, fit, &[estimate])?.pop().ok_or(EstimateError::Stopped)
 }
 
-/// One estimate, along which the others are fitted.
+/// The profile along one estimate.
 struct Along<'a> {
     around: &'a Around<'a>,
     problem: &'a OutputErrorProblem<'a>,
     i: usize,
     /// Σ ρ(e/σ) of the fit.
     least: f64,
-    /// What a rise of that is worth.
+    /// Scale of a rise of that sum.
     worth: f64,
 }
 
@@ -286,7 +284,7 @@ impl Along<'_> {
         Profile::along(&way, |i, z| variables[i].value(z), &sizes, &evaluations)
     }
 
-    /// The least sum of squares with the estimate held at a value; `None` where no minimum is found.
+    /// The minimal sum with the estimate fixed at a value; `None` if no minimum is found.
     fn place(
         &self,
         held: f64,
@@ -308,7 +306,7 @@ impl Along<'_> {
             let Ok(minimum) = self.around.minimum(self.problem, z, &bounds) else { continue };
             evaluations.set(evaluations.get() + minimum.evaluations);
             let is_converged = minimum.termination.is_converged();
-            // Where events pass readings, the sum has kinks, at which no step helps although slopes promise something.
+            // Where events pass readings, the sum has kinks at which no step helps although slopes promise a reduction.
             if is_converged || minimum.termination == Termination::Stalled {
                 let deviance = (minimum.at.as_ref().cost - self.least) * self.worth;
                 if best.as_ref().is_none_or(|best| deviance < best.deviance) {

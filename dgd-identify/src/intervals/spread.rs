@@ -1,25 +1,25 @@
-//! How far estimates from parts of the recordings and by their outputs are apart: what a wrong model leaves uncertain.
+//! The spread of estimates between parts of the recordings and between outputs: uncertainty due to model errors.
 //!
-//! A covariance shrinks with every sample, and a bias does not. What shows of a bias is that parts of the
-//! recordings ask for different parameters. Each part b of B is left out once, with one Gauss–Newton step from
-//! the estimate, and its own say is the pseudo-value
+//! A covariance shrinks with every sample, but a bias does not. A bias shows when parts of the recordings require
+//! different parameters. Each part b of B is left out once, with one Gauss–Newton step from the estimate, and its own
+//! value is the pseudo-value
 //!
 //! ```text
 //!   θ̂₍b₎ = θ̂ − (H − H_b)⁻¹ (g − g_b)             H, g: information and gradient of all samples and priors
-//!   θ̃_b  = θ̂ + (B − 1)(θ̂ − θ̂₍b₎)                 what b alone would say, were it as good as the others
+//!   θ̃_b  = θ̂ + (B − 1)(θ̂ − θ̂₍b₎)                 estimate from b alone, if it were as good as the others
 //!   s²   = Σ_b (θ̃_b − mean θ̃)²/(B − 1)
 //! ```
 //!
-//! The outputs are left out one after the other, too: where sensors do not agree about a parameter, the estimate
-//! is off by as far as it moves, and
+//! The outputs are left out one by one, too: if sensors disagree about a parameter, the error of the estimate is about
+//! as large as its shift, and
 //!
 //! ```text
-//!   s_model² = s² + max_o (θ̂₍o₎ − θ̂)²             o: outputs without which θ is known all the same
+//!   s_model² = s² + max_o (θ̂₍o₎ − θ̂)²             o: outputs without which θ is still determined
 //! ```
 //!
-//! s is the spread of estimates from single parts about their mean, and not s/√B, the standard error of that
-//! mean: errors of a model do not average out as noise does. Of a model that is right with white noise, s is
-//! √B times the standard deviation. What all parts and outputs want alike it does not see.
+//! s is the spread of estimates from single parts about their mean, and not s/√B, the standard error of that mean:
+//! model errors do not average out like noise. For a right model with white noise, s is √B times the standard
+//! deviation. It misses errors that all parts and outputs have in common.
 //!
 //! Sources: Tukey, Ann. Math. Stat. 29 (1958) 614, pseudo-values; Fox, Hinkley, Larntz, Technometrics 22 (1980)
 //! 29, one step for each in nonlinear regression; Wu, Ann. Stat. 14 (1986) 1261, deleting more than one.
@@ -36,76 +36,75 @@ use crate::output_error::fit::{Fit, unseen};
 use crate::uncertainty::Estimate;
 use crate::variables::Variables;
 
-/// Fewest parts whose spread says anything.
+/// Minimum number of parts for a meaningful spread.
 const LEAST_PARTS: usize = 4;
 
-/// An estimate rests on one part where the others alone would know it this many times less well.
+/// An estimate depends on one part if the others alone would determine it this many times less well.
 const RESTS: f64 = 10.0;
 
-/// Keeps a factorisation from failing where the other parts see nothing; in variances.
+/// Keeps a factorisation from failing if the other parts contain no information; in variances.
 const RIDGE: f64 = 1e-9;
 
 /// A part of the recordings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Part {
-    /// The first recording that it has samples of, and the last.
+    /// The first and the last recording with samples in it.
     pub recordings: [usize; 2],
-    /// From where in the first to where in the last, s.
+    /// Start time in the first recording and end time in the last, s.
     pub from: f64,
     /// See `from`.
     pub until: f64,
 }
 
-/// How far estimates from parts of the recordings are apart.
+/// The spread of estimates between parts of the recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
     /// The parts, in order.
     pub parts: Vec<Part>,
-    /// For each estimate, the standard deviation of what single parts say together with how far it moves without one
-    /// of the outputs, SI; `None` for start values, at a
-    /// bound, and where it is not determined, or rests on one part.
+    /// For each estimate, the standard deviation between single parts combined with its shift without one of the
+    /// outputs, SI; `None` for start values, at a bound, and if it is not determined, or depends on one part.
     pub std: Vec<Option<f64>>,
-    /// For each estimate that rests on one part, that part.
+    /// For each estimate that depends on one part, that part.
     pub rests_on: Vec<Option<usize>>,
 }
 
-/// Where the parts are compared: estimates, and how samples weigh.
+/// The point at which parts are compared: estimates, and weights of samples.
 #[derive(Debug, Clone, Copy)]
 pub struct SpreadAt<'a> {
     /// All parameters, SI.
     pub p: &'a [f64],
-    /// What was estimated. Parameters that are not differentiated by are not among them.
+    /// The estimates. Parameters without derivatives are not among them.
     pub estimates: &'a [Estimate],
-    /// σ of each output, SI; `None` for one that was not fitted.
+    /// σ of each output, SI; `None` if it was not fitted.
     pub sigma: &'a [Option<f64>],
 }
 
 impl Fit {
-    /// How far estimates from parts of the recordings are apart; `None` where these have too few samples to be divided.
+    /// The spread of estimates between parts of the recordings; `None` if these have too few samples to be divided.
     ///
     /// # Errors
     ///
-    /// The problem cannot be simulated where the fit ended.
+    /// If the problem cannot be simulated at the estimates of the fit.
     pub fn spread(
         &self,
         problem: &OutputErrorProblem<'_>,
     ) -> Result<Option<Spread>, EstimateError> {
-        // Parts are weighed by σ of outputs, and single samples may have their own.
+        // Parts are weighted by σ of outputs, but single samples may have their own.
         let is_likelihood = |noise: &Option<Noise>| noise.is_some_and(Noise::is_likelihood);
         if problem.noise.iter().any(is_likelihood) {
             return Ok(None);
         }
         let options = self.simulated(&problem.options);
-        let at = SpreadAt { p: &self.p, estimates: &self.estimates, sigma: &self.noise };
-        spread(&OutputErrorProblem { options, ..problem.clone() }, at)
+        let point = SpreadAt { p: &self.p, estimates: &self.estimates, sigma: &self.noise };
+        spread(&OutputErrorProblem { options, ..problem.clone() }, point)
     }
 }
 
-/// How far estimates from parts of the recordings are apart; `None` where these have too few samples to be divided.
+/// The spread of estimates between parts of the recordings; `None` if these have too few samples to be divided.
 ///
 /// # Errors
 ///
-/// The problem cannot be simulated there.
+/// If the problem cannot be simulated there.
 pub fn spread(
     problem: &OutputErrorProblem<'_>,
     at: SpreadAt<'_>,
@@ -121,19 +120,21 @@ pub fn spread(
         estimates.iter().position(is_own)
     };
     let places: Vec<Option<usize>> = (0..variables.len()).map(estimate_of).collect();
-    let mut held = vec![true; variables.len()];
+    let mut is_fixed = vec![true; variables.len()];
     for (i, place) in places.iter().enumerate() {
         let Some(estimate) = place.map(|place| &estimates[place]) else { continue };
-        held[i] = estimate.at_bound.is_some();
+        is_fixed[i] = estimate.at_bound.is_some();
         z[i] = variables.all[i].variable(estimate.value);
     }
 
-    let of = Differentiated { variables: &variables, z: &z };
-    let [cells, by_output] = all_cells(problem, &of, p, sigma)?;
-    let Some(seen) = Seen::new(&of.priors(problem, p, &cells), &held, problem.options) else {
+    let differentiated = Differentiated { variables: &variables, z: &z };
+    let [cells, by_output] = all_cells(problem, &differentiated, p, sigma)?;
+    let Some(seen) =
+        Seen::new(&differentiated.priors(problem, p, &cells), &is_fixed, problem.options)
+    else {
         return Ok(None);
     };
-    let shares = seen.shares(&of, &cells);
+    let shares = seen.shares(&differentiated, &cells);
     let recordings: Vec<usize> = cells.iter().map(|cell| cell.recording).collect();
     let known: f64 = shares.iter().sum();
     if known.is_nan() || known <= 0.0 {
@@ -144,15 +145,16 @@ pub fn spread(
         return Ok(None);
     }
     let without: Vec<Without> =
-        runs.iter().map(|run| seen.without(&of, &cells[run.clone()])).collect();
+        runs.iter().map(|run| seen.without(&differentiated, &cells[run.clone()])).collect();
     // Cells of one output each, in the order of recordings and outputs.
     let without_output = |output: usize| {
-        let own: Vec<Cell> = by_output.iter().skip(output).step_by(sigma.len()).cloned().collect();
-        seen.without(&of, &own)
+        let cells_of_output: Vec<Cell> =
+            by_output.iter().skip(output).step_by(sigma.len()).cloned().collect();
+        seen.without(&differentiated, &cells_of_output)
     };
     let fitted = (0..sigma.len()).filter(|output| sigma[*output].is_some());
     let without_outputs: Vec<Without> = fitted.map(without_output).collect();
-    let mut found = Spread {
+    let mut spread = Spread {
         parts: runs.iter().map(|run| Part::of(&cells[run.clone()])).collect(),
         std: vec![None; estimates.len()],
         rests_on: vec![None; estimates.len()],
@@ -161,19 +163,19 @@ pub fn spread(
         let Some(place) = place.filter(|place| estimates[*place].std.is_some()) else { continue };
         let most = (0..without.len())
             .max_by(|a, b| without[*a].inflation[i].total_cmp(&without[*b].inflation[i]));
-        found.rests_on[place] = most.filter(|part| without[*part].inflation[i] > RESTS);
-        if found.rests_on[place].is_none() {
+        spread.rests_on[place] = most.filter(|part| without[*part].inflation[i] > RESTS);
+        if spread.rests_on[place].is_none() {
             let moved = without.iter().map(|without| without.moved[i]);
             let known = without_outputs.iter().filter(|without| without.inflation[i] <= RESTS);
             let furthest = known.map(|without| without.moved[i].abs()).fold(0.0, f64::max);
             let std = of_pseudo_values(moved).hypot(furthest) * variables.all[i].slope(z[i]);
-            found.std[place] = std.is_finite().then_some(std);
+            spread.std[place] = std.is_finite().then_some(std);
         }
     }
-    Ok(Some(found))
+    Ok(Some(spread))
 }
 
-/// The standard deviation of pseudo-values, by how far an estimate moves when each part is left out.
+/// The standard deviation of pseudo-values, from the shifts of an estimate when each part is left out.
 fn of_pseudo_values(moved: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
     let n = moved.len() as f64;
     let mean = moved.clone().sum::<f64>() / n;
@@ -182,7 +184,7 @@ fn of_pseudo_values(moved: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
 }
 
 impl Part {
-    /// Of consecutive cells.
+    /// A part of consecutive cells.
     fn of(cells: &[Cell]) -> Part {
         let (first, last) = (&cells[0], &cells[cells.len() - 1]);
         Part { recordings: [first.recording, last.recording], from: first.from, until: last.until }
@@ -202,7 +204,7 @@ struct Normal {
 }
 
 impl Differentiated<'_> {
-    /// Of some cells.
+    /// The sum over some cells.
     fn sum(&self, cells: &[Cell]) -> Normal {
         let n = self.variables.len();
         let mut sum = Normal { information: DMatrix::zeros(n, n), gradient: DVector::zeros(n) };
@@ -221,7 +223,7 @@ impl Differentiated<'_> {
         sum
     }
 
-    /// Of all cells and what is known beforehand.
+    /// The sum over all cells and priors.
     fn priors(&self, problem: &OutputErrorProblem<'_>, p: &[f64], cells: &[Cell]) -> Normal {
         let mut sum = self.sum(cells);
         let p = self.variables.parameters(p, self.z);
@@ -235,7 +237,7 @@ impl Differentiated<'_> {
     }
 }
 
-/// Cells of all recordings, and what each output of each recording adds.
+/// Cells of all recordings, and contributions of each output of each recording.
 fn all_cells(
     problem: &OutputErrorProblem<'_>,
     of: &Differentiated<'_>,
@@ -248,37 +250,37 @@ fn all_cells(
     let weights = Weights { sigma, loss: problem.loss };
     let results = in_parallel_by_model(*system, recordings.len(), *threads, |system, r| {
         let start = variables.starts(r, &recordings[r].start, z);
-        let at = SimulatedAt { p, start: &start, options };
-        cells(system, (r, &recordings[r]), at, &variables.columns(r, z), weights, numbers[r])
+        let point = SimulatedAt { p, start: &start, options };
+        cells(system, (r, &recordings[r]), point, &variables.columns(r, z), weights, numbers[r])
     });
-    let mut all = [Vec::new(), Vec::new()];
+    let mut divided = [Vec::new(), Vec::new()];
     for (recording, result) in results.into_iter().enumerate() {
         let failed = |reason| EstimateError::Start(TrialFailed { recording, reason });
         let Divided { cells, outputs } = result.map_err(failed)?;
-        all[0].extend(cells);
-        all[1].extend(outputs);
+        divided[0].extend(cells);
+        divided[1].extend(outputs);
     }
-    Ok(all)
+    Ok(divided)
 }
 
-/// Coordinates y in which the information of everything is the identity: z = Tᵀy.
+/// Coordinates y in which the information of all samples is the identity: z = Tᵀy.
 struct Seen {
-    /// T, of the combinations that outputs see.
+    /// T, of the combinations that outputs determine.
     t: DMatrix<f64>,
     /// T g.
     gradient: DVector<f64>,
 }
 
-/// What the estimates are without a part.
+/// The estimates without a part.
 struct Without {
-    /// By how far each variable moves.
+    /// Shift of each variable.
     moved: Vec<f64>,
-    /// Its standard deviation over what it is.
+    /// Relative increase of its standard deviation.
     inflation: Vec<f64>,
 }
 
 impl Seen {
-    /// `None` where nothing is seen.
+    /// `None` if no combination is determined.
     fn new(normal: &Normal, held: &[bool], options: Options) -> Option<Seen> {
         let (h, n) = (&normal.information, held.len());
         let size = DVector::from_fn(n, |i, _| match h[(i, i)] {
@@ -299,8 +301,8 @@ impl Seen {
         Some(Seen { t, gradient })
     }
 
-    /// For each cell, Σ over parameters of what it knows of all that is known: (C H_c C)ᵢᵢ/Cᵢᵢ with C = TᵀT, the
-    /// squares of what is left of sensitivities when the others have taken what they could mimic.
+    /// For each cell, the sum over parameters of its share of their information: (C H_c C)ᵢᵢ/Cᵢᵢ with C = TᵀT, the
+    /// squares of sensitivities without the components that the other parameters could mimic.
     fn shares(&self, of: &Differentiated<'_>, cells: &[Cell]) -> Vec<f64> {
         let parameters = (0..of.variables.n_shared).filter(|i| self.t.column(*i).norm() > 0.0);
         let alone: Vec<DVector<f64>> = parameters
@@ -309,8 +311,8 @@ impl Seen {
         let share = |cell: &Cell| -> f64 {
             let squares = alone.iter().map(|along| {
                 let position = |i: usize| along[of.variables.position(cell.recording, i)];
-                let own: Vec<f64> = (0..cell.gradient.len()).map(position).collect();
-                cell.square(&own)
+                let positions: Vec<f64> = (0..cell.gradient.len()).map(position).collect();
+                cell.square(&positions)
             });
             squares.sum()
         };
@@ -328,12 +330,12 @@ impl Seen {
             return Without { moved: vec![f64::NAN; n], inflation: vec![f64::INFINITY; n] };
         };
         let step = rest.solve(&(&self.gradient - &self.t * part.gradient));
-        // Less the step that is left to the minimum of everything.
+        // Less the remaining step to the minimum of all cells.
         let moved = self.t.tr_mul(&(&self.gradient - step));
         let spread = rest.l().solve_lower_triangular(&self.t);
         let inflation = |i: usize| {
-            let own = self.t.column(i).norm();
-            spread.as_ref().map_or(f64::INFINITY, |spread| spread.column(i).norm() / own)
+            let norm = self.t.column(i).norm();
+            spread.as_ref().map_or(f64::INFINITY, |spread| spread.column(i).norm() / norm)
         };
         Without {
             moved: moved.iter().copied().collect(),

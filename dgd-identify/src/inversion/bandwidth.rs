@@ -1,15 +1,15 @@
-//! The width of the window that the readings make most likely.
+//! The maximum likelihood width of the window.
 //!
-//! As d is left free, y less what g makes of it is a sum of d, observed with noise:
+//! As d is free, y less the contribution of g is an integral of d, observed with noise:
 //!
 //! ```text
 //!   Y' = c d,   ⟨(d(t + h) − d(t))²⟩ = q h,   Y + noise = y − ∫ g dt          of a differential equation
 //!               ⟨(d(t + h) − d(t))²⟩ = q h,   d + noise = −g/c                 of an algebraic one
 //! ```
 //!
-//! q is the one that makes the innovations of a Kalman filter most likely. The smoother for it passes a frequency
-//! ω by 1/(1 + (ω τ)⁴), τ⁴ = r Δ/(c² q), or by 1/(1 + (ω τ)²), τ² = r Δ/q, with r the variance of a reading and
-//! Δ the time between two. The window is as wide as to halve the frequency that this halves, ω = 1/τ.
+//! q maximises the likelihood of the innovations of a Kalman filter. The corresponding smoother passes a frequency ω by
+//! 1/(1 + (ω τ)⁴), τ⁴ = r Δ/(c² q), or by 1/(1 + (ω τ)²), τ² = r Δ/q, with r the variance of a reading and Δ the time
+//! between two. The window is chosen to halve the frequency that the smoother halves, ω = 1/τ.
 //!
 //! Source for the smoother's frequencies: Harvey, Forecasting, Structural Time Series Models and the Kalman Filter
 //! (1989), §8.2.
@@ -18,13 +18,13 @@ use super::samples::{Sample, Samples};
 
 /// ω h at which ∫ φ cos ω s ds falls to half of ∫ φ ds.
 const HALVED: f64 = 3.2;
-/// Decades of √q that are searched around the size at which a step of d just shows.
+/// Decades of √q that are searched around the size at which a step of d is just visible.
 const DECADES: i32 = 8;
-/// Parts of a decade of the last step.
+/// Size of the last step, in decades.
 const LAST_STEP: f64 = 0.05;
-/// Variances of what nothing is known of, over those of a reading.
+/// Diffuse initial variances, relative to that of a reading.
 const DIFFUSE: f64 = 1e8;
-/// Least and most of the width: in samples, and as a part of the recording.
+/// Lower and upper limit of the width: in samples, and as a fraction of the recording.
 const LEAST_SAMPLES: f64 = 3.0;
 const MOST_PART: f64 = 0.25;
 
@@ -35,12 +35,12 @@ pub(super) fn most_likely(samples: &Samples) -> f64 {
     let duration = known[known.len() - 1].t - known[0].t;
     let sums_up = samples.sums_up();
     let usual = |of: &dyn Fn(&Sample) -> f64| {
-        let mut all: Vec<f64> = known.iter().map(of).collect();
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2]
+        let mut variances: Vec<f64> = known.iter().map(of).collect();
+        variances.sort_by(f64::total_cmp);
+        variances[variances.len() / 2]
     };
     let c = usual(&|own| own.c.abs());
-    // A reading of the sum of d, or of d itself, in units of d.
+    // Variance of a reading of the integral of d, or of d itself, in units of d.
     let reading = if sums_up {
         usual(&|own| own.variance(1.0, 0.0)) / (c * c)
     } else {
@@ -50,22 +50,22 @@ pub(super) fn most_likely(samples: &Samples) -> f64 {
     if !(reading > 0.0 && spacing > 0.0) {
         return least.min(most);
     }
-    // A step of d that shows after one interval.
+    // The step of d that is visible after one interval.
     let shows = if sums_up { reading / spacing.powi(3) } else { reading / spacing };
     let likelihood = |decades: f64| log_likelihood(samples, shows * 100_f64.powf(decades), reading);
     let (mut best, mut value) = (0.0, f64::NEG_INFINITY);
     for decade in -DECADES..=2 {
-        let own = likelihood(f64::from(decade));
-        if own > value {
-            (best, value) = (f64::from(decade), own);
+        let log_likelihood_here = likelihood(f64::from(decade));
+        if log_likelihood_here > value {
+            (best, value) = (f64::from(decade), log_likelihood_here);
         }
     }
     let mut step = 0.5;
     while step > LAST_STEP {
         for side in [best - step, best + step] {
-            let own = likelihood(side);
-            if own > value {
-                (best, value) = (side, own);
+            let log_likelihood_here = likelihood(side);
+            if log_likelihood_here > value {
+                (best, value) = (side, log_likelihood_here);
             }
         }
         step *= 0.5;
@@ -76,7 +76,7 @@ pub(super) fn most_likely(samples: &Samples) -> f64 {
     (HALVED * tau).max(least).min(most.max(least))
 }
 
-/// Of the readings, with d a random walk of this intensity.
+/// The log-likelihood of the readings, with d a random walk of this intensity.
 fn log_likelihood(samples: &Samples, q: f64, reading: f64) -> f64 {
     let known = &samples.known;
     // Y in units of d times s, and d.
@@ -112,7 +112,7 @@ fn log_likelihood(samples: &Samples, q: f64, reading: f64) -> f64 {
                 p = start(own);
             }
         }
-        // The sum is read, or d itself.
+        // The reading is of the integral, or of d itself.
         let (seen, value, r) = if own.is_differential {
             (0, integral, own.variance(1.0 / own.c, 0.0))
         } else {

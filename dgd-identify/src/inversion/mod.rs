@@ -1,4 +1,4 @@
-//! The quantity that an equation lacks, from what was measured.
+//! Reconstructs the missing term of an equation from measured values.
 //!
 //! An equation i of the compiled model, with an unknown input d in its right-hand side, is
 //!
@@ -6,10 +6,10 @@
 //!   m ẏ_i = g(t, y, u, p) + c(t, y, u, p) d          m is 1 for a differential equation, 0 for an algebraic one
 //! ```
 //!
-//! Readings give y at each sample (`signals`), and so d, but for ẏ_i, which is the slope of something noisy. So d
-//! is given as a weighted mean over a window, in which nothing is differentiated (`window`).
+//! Readings give y at each sample (`signals`), and so d, except for ẏ_i, the slope of a noisy signal. So d is estimated
+//! as a weighted mean over a window, without differentiation (`window`).
 //!
-//! Haukanes (2015, eq. 3.10) is this for the level of a riser.
+//! Haukanes (2015, eq. 3.10) does this for the level of a riser.
 
 mod bandwidth;
 mod samples;
@@ -24,10 +24,10 @@ use crate::regression::RegressionError;
 pub use signals::{Signal, Source};
 pub use window::Traced;
 
-/// What is asked: a model with an unknown input, and what was measured of it.
+/// A model with an unknown input, and a recording.
 #[derive(Clone, Copy)]
 pub struct InversionProblem<'a> {
-    /// The model, one of whose inputs is what the equation lacks.
+    /// The model; one of its inputs is the missing term.
     pub system: &'a dyn Model,
     /// All parameters, SI.
     pub p: &'a [f64],
@@ -35,49 +35,49 @@ pub struct InversionProblem<'a> {
     pub recording: &'a Recording,
     /// Position of the unknown input.
     pub input: usize,
-    /// For each output the standard deviation of its sensor's noise, SI; `None` where it is not to be used.
+    /// For each output the standard deviation of its sensor's noise, SI; `None` if it is not used.
     pub noise: &'a [Option<f64>],
-    /// Half the width of the window, s; `None` for the one that the readings make most likely.
+    /// Half the width of the window, s; `None` for the maximum likelihood width.
     pub bandwidth: Option<f64>,
 }
 
-/// What an equation lacks.
+/// The missing term of an equation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inverted {
     /// Times of the samples, s.
     pub times: Vec<f64>,
-    /// d, SI: its mean over the window around each sample; NaN where that is not known.
+    /// d, SI: its mean over the window around each sample; NaN if unknown.
     pub missing: Traced,
-    /// ∫ d dt from the first sample on, not smoothed; `None` for an algebraic equation, which sums nothing up.
+    /// ∫ d dt from the first sample on, not smoothed; `None` for an algebraic equation, which has no integral.
     pub integral: Option<Traced>,
     /// Half the width of the window, s.
     pub bandwidth: f64,
-    /// Whether the readings have chosen it.
+    /// Whether it was estimated from the readings.
     pub is_chosen: bool,
-    /// Time within the recording that has no integral, s: readings are missing there, or unknowns jump.
+    /// Time within the recording without an integral, s: readings are missing there, or unknowns jump.
     pub left_out: f64,
     /// Position of the compiled equation.
     pub equation: usize,
-    /// The unknowns that it reads, and where they were taken from.
+    /// The unknowns that it reads, with their sources.
     pub signals: Vec<Signal>,
 }
 
-/// Why an equation cannot be inverted.
+/// The reason why an equation cannot be inverted.
 #[derive(Debug)]
 pub enum InversionError {
     /// No compiled equation reads the unknown input.
     Unread,
-    /// Unknowns of the equation follow from nothing that was measured.
+    /// Unknowns of the equation do not follow from measured values.
     NotMeasured {
         /// Their names.
         unknowns: Vec<String>,
     },
-    /// The equation reads an unknown late.
+    /// The equation reads a delayed unknown.
     Late {
         /// The unknown.
         unknown: String,
     },
-    /// No sample has readings of everything.
+    /// No sample has all readings.
     NoSamples,
     /// The window has too few samples everywhere.
     Narrow {
@@ -86,7 +86,7 @@ pub enum InversionError {
         /// The usual time between samples, s.
         spacing: f64,
     },
-    /// The unknowns cannot be found at all.
+    /// The unknowns cannot be determined.
     Known(RegressionError),
 }
 
@@ -121,7 +121,7 @@ impl std::fmt::Display for InversionError {
 
 impl std::error::Error for InversionError {}
 
-/// Finds what an equation lacks.
+/// Reconstructs the missing term of an equation.
 ///
 /// # Errors
 ///

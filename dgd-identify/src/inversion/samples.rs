@@ -1,4 +1,4 @@
-//! The numbers of an equation at the samples that have all of them.
+//! The values in an equation at the samples that have all of them.
 
 use dgd_runtime::Pattern;
 
@@ -16,18 +16,18 @@ pub(super) struct Sample {
     pub(super) t: f64,
     /// Whether the equation has a derivative there.
     pub(super) is_differential: bool,
-    /// y_i, where it has one.
+    /// y_i, if the equation has its derivative.
     pub(super) y: f64,
     pub(super) g: f64,
     pub(super) c: f64,
-    /// What y_i and g are off by for an error of one standard deviation of each sensor.
+    /// Errors of y_i and g for an error of one standard deviation of each sensor.
     pub(super) y_errors: Vec<f64>,
     pub(super) g_errors: Vec<f64>,
-    /// Whether it goes on from the sample before: nothing jumped in between.
+    /// Whether it continues the previous sample, without a jump in between.
     pub(super) goes_on: bool,
 }
 
-/// All of them.
+/// All usable samples.
 pub(super) struct Samples {
     pub(super) times: Vec<f64>,
     pub(super) known: Vec<Sample>,
@@ -66,7 +66,7 @@ impl Samples {
             if at >= known.lost_from || chosen.needs.iter().any(|i| !point.y[*i].is_finite()) {
                 continue;
             }
-            // What is not known is not read either.
+            // Unknown values are not read either.
             let y: Vec<f64> =
                 point.y.iter().map(|y| if y.is_finite() { *y } else { 0.0 }).collect();
             let point = dgd_runtime::Point { y: &y, ..point };

@@ -1,9 +1,9 @@
-//! Which readings give the unknowns that an equation reads.
+//! Chooses the readings that give the unknowns of an equation.
 //!
-//! One after the other, the simplest first: an output, or another algebraic equation, that reads a single unknown which is
-//! not yet given, gives it. Of several outputs that read equally few unknowns all are used, weighted by their noise.
-//! Further ones are left out, as their equations need not be right. Where nothing reads a single one, all of
-//! them are solved at once.
+//! The simplest first, one by one: an output, or another algebraic equation, that reads a single unknown without a
+//! source so far becomes its source. Several outputs that read equally few unknowns are all used, weighted by their
+//! noise. Further equations are not used because they may be wrong. If none reads a single unknown, all equations are
+//! solved together.
 
 use dgd_runtime::Pattern;
 
@@ -15,22 +15,22 @@ use crate::regression::known::Sensors;
 pub struct Signal {
     /// Position of the unknown.
     pub unknown: usize,
-    /// What gives it.
+    /// Its sources.
     pub sources: Vec<Source>,
 }
 
-/// What gives an unknown.
+/// A source of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The output at this position.
     Output(usize),
-    /// The equation at this position, from unknowns that are given.
+    /// The equation at this position, from unknowns with sources.
     Equation(usize),
-    /// Everything that was measured, with all algebraic equations.
+    /// All measured values, with all algebraic equations.
     Together,
 }
 
-/// An equation, and how its unknowns are known.
+/// An equation, and the sources of its unknowns.
 pub(super) struct Chosen {
     pub(super) equation: usize,
     /// All unknowns that it reads.
@@ -41,12 +41,12 @@ pub(super) struct Chosen {
 
 pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<Chosen, InversionError> {
     let signature = problem.system.signature();
-    let own: Vec<usize> = rows_of(&signature.input_jacobian, problem.input);
-    if own.is_empty() {
+    let rows: Vec<usize> = rows_of(&signature.input_jacobian, problem.input);
+    if rows.is_empty() {
         return Err(InversionError::Unread);
     }
     let past = signature.past();
-    for row in &own {
+    for row in &rows {
         let mut reads = signature.input_jacobian.positions().filter(|(r, _)| r == row);
         if let Some((_, column)) = reads.find(|(_, column)| past.values().contains(column)) {
             let late = &signature.delayed_unknowns[column - past.values().start];
@@ -54,20 +54,20 @@ pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<Chosen, Inversion
             return Err(InversionError::Late { unknown });
         }
     }
-    let sources = Sources::new(problem, &own);
-    let given = sources.one_by_one();
+    let sources = Sources::new(problem, &rows);
+    let known = sources.one_by_one();
     let chosen = |row: usize, given: &[Vec<Source>]| {
         let needs = sources.needs(row);
         needs.iter().all(|i| !given[*i].is_empty()).then(|| sources.chosen(row, needs, given))
     };
-    if let Some(found) = own.iter().find_map(|row| chosen(*row, &given)) {
+    if let Some(found) = rows.iter().find_map(|row| chosen(*row, &known)) {
         return Ok(found);
     }
-    let together = sources.together(given);
-    if let Some(found) = own.iter().find_map(|row| chosen(*row, &together)) {
+    let together = sources.together(known);
+    if let Some(found) = rows.iter().find_map(|row| chosen(*row, &together)) {
         return Ok(found);
     }
-    let needs = sources.needs(own[0]);
+    let needs = sources.needs(rows[0]);
     let open = needs.into_iter().filter(|i| together[*i].is_empty());
     let unknowns = open.map(|i| signature.unknowns.name(i).to_string()).collect();
     Err(InversionError::NotMeasured { unknowns })
@@ -82,21 +82,21 @@ fn rows_of(pattern: &Pattern, column: usize) -> Vec<usize> {
 }
 
 fn reads(pattern: &Pattern, row: usize) -> Vec<usize> {
-    let mut all: Vec<usize> =
+    let mut unknowns: Vec<usize> =
         pattern.positions().filter(|(r, _)| *r == row).map(|(_, column)| column).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
+    unknowns.sort_unstable();
+    unknowns.dedup();
+    unknowns
 }
 
-/// What may give unknowns, with those that each reads.
+/// Possible sources, with the unknowns that each reads.
 struct Sources<'a> {
     problem: &'a InversionProblem<'a>,
     all: Vec<(Source, Vec<usize>)>,
 }
 
 impl<'a> Sources<'a> {
-    /// Outputs that were measured, and algebraic equations besides those in which something is missing.
+    /// Measured outputs, and algebraic equations other than those with the missing term.
     fn new(problem: &'a InversionProblem<'a>, own: &[usize]) -> Self {
         let signature = problem.system.signature();
         let is_measured = |i: &usize| {
@@ -113,11 +113,11 @@ impl<'a> Sources<'a> {
         let equations = (0..signature.unknowns.len())
             .filter(|i| !own.contains(i) && (has_modes || !signature.unknowns.is_differential(*i)))
             .map(|i| (Source::Equation(i), reads(&signature.jacobian, i)));
-        let all = outputs.chain(equations).collect();
-        Sources { problem, all }
+        let candidates = outputs.chain(equations).collect();
+        Sources { problem, all: candidates }
     }
 
-    /// Unknowns of a compiled equation: those that it reads, and the one whose slope it is.
+    /// Unknowns of a compiled equation: those that it reads, and the one whose derivative it gives.
     fn needs(&self, row: usize) -> Vec<usize> {
         let signature = self.problem.system.signature();
         let mut needs = reads(&signature.jacobian, row);
@@ -130,31 +130,31 @@ impl<'a> Sources<'a> {
 
     fn one_by_one(&self) -> Vec<Vec<Source>> {
         let n = self.problem.system.signature().unknowns.len();
-        let mut given: Vec<Vec<Source>> = vec![Vec::new(); n];
+        let mut known: Vec<Vec<Source>> = vec![Vec::new(); n];
         loop {
-            let is_open = |i: &&usize| given[**i].is_empty();
+            let is_open = |i: &&usize| known[**i].is_empty();
             let single = self.all.iter().filter_map(|(source, reads)| {
                 let mut open = reads.iter().filter(is_open);
                 let only = *open.next()?;
                 open.next().is_none().then_some((reads.len(), *source, only))
             });
             let single: Vec<(usize, Source, usize)> = single.collect();
-            // The simplest, and of two alike readings before equations.
+            // The simplest; readings before equations of the same complexity.
             let rank = |(reads, source, _): &(usize, Source, usize)| {
                 (*reads, !matches!(source, Source::Output(_)))
             };
-            let Some(first) = single.iter().map(rank).min() else { return given };
+            let Some(first) = single.iter().map(rank).min() else { return known };
             for (_, source, only) in single.iter().filter(|one| rank(one) == first) {
-                // An equation more would be a contradiction, not a reading.
-                if first.1 && !given[*only].is_empty() {
+                // An additional equation would be a contradiction, not a reading.
+                if first.1 && !known[*only].is_empty() {
                     continue;
                 }
-                given[*only].push(*source);
+                known[*only].push(*source);
             }
         }
     }
 
-    /// Also what all of them together may give.
+    /// Adds the sources that all equations together may be.
     fn together(&self, mut given: Vec<Vec<Source>>) -> Vec<Vec<Source>> {
         let mut read = vec![false; given.len()];
         let mut count = 0;
@@ -165,7 +165,7 @@ impl<'a> Sources<'a> {
                 read[i] = true;
             }
         }
-        // Fewer equations than unknowns determine some of them at most, which the samples will tell.
+        // Fewer equations than unknowns determine only some of them; the samples decide which.
         if count > 0 {
             for (own, _) in
                 given.iter_mut().zip(&read).filter(|(own, read)| **read && own.is_empty())
@@ -177,7 +177,7 @@ impl<'a> Sources<'a> {
     }
 
     fn chosen(&self, equation: usize, needs: Vec<usize>, given: &[Vec<Source>]) -> Chosen {
-        // What gives what the equation reads, and what gives that.
+        // Sources of the unknowns of the equation, and sources of these.
         let mut wanted = needs.clone();
         let mut used: Vec<Source> = Vec::new();
         let mut k = 0;
@@ -185,8 +185,8 @@ impl<'a> Sources<'a> {
             for source in &given[wanted[k]] {
                 if !used.contains(source) {
                     used.push(*source);
-                    let of = self.all.iter().find(|(own, _)| own == source);
-                    for i in of.iter().flat_map(|(_, reads)| reads) {
+                    let entry = self.all.iter().find(|(own, _)| own == source);
+                    for i in entry.iter().flat_map(|(_, reads)| reads) {
                         if !wanted.contains(i) {
                             wanted.push(*i);
                         }
@@ -197,8 +197,8 @@ impl<'a> Sources<'a> {
         }
         let everything = used.contains(&Source::Together);
         let is_used = |source: &Source| everything || used.contains(source);
-        let own = |(source, _): &(Source, Vec<usize>)| Some(*source).filter(is_used);
-        let used: Vec<Source> = self.all.iter().filter_map(own).collect();
+        let used_source = |(source, _): &(Source, Vec<usize>)| Some(*source).filter(is_used);
+        let used: Vec<Source> = self.all.iter().filter_map(used_source).collect();
         let outputs = used.iter().filter_map(|source| match source {
             Source::Output(i) => Some((*i, self.problem.noise[*i].unwrap_or(1.0))),
             Source::Equation(_) | Source::Together => None,

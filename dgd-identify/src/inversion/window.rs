@@ -1,4 +1,4 @@
-//! Means over a window, without a derivative of what was measured.
+//! Means over a window, without derivatives of measured values.
 //!
 //! With weights φ(s) = (1 − (s/h)²)² for |s| < h around a sample, and t_k the samples of the window,
 //!
@@ -7,15 +7,15 @@
 //!     ≈ Σ ½ (φ_k/c_k + φ_{k+1}/c_{k+1}) (y_{k+1} − y_k) − Σ ½ h_k (φ_k g_k/c_k + φ_{k+1} g_{k+1}/c_{k+1})   over   Σ ½ h_k (φ_k + φ_{k+1})
 //! ```
 //!
-//! so d̂ is the mean of d with these weights, whatever d does, but for the trapezoidal rule; at an end of the recording
-//! half of the window is left. It is linear in the readings, and its variance is Σ (∂d̂/∂w)² σ² over all readings of all
-//! sensors, each taken as white, once for all that it has a part in.
+//! so d̂ is the mean of d with these weights, whatever the shape of d, up to the trapezoidal rule; at an end of the
+//! recording half of the window remains. It is linear in the readings, and its variance is Σ (∂d̂/∂w)² σ² over all
+//! readings of all sensors, each taken as white, summed once over all their contributions.
 
 use super::samples::{Sample, Samples};
 
-/// Fewest samples of a window.
+/// Minimum number of samples in a window.
 const LEAST_SAMPLES: usize = 4;
-/// The part of a whole window's weight that has to be known.
+/// The fraction of a whole window's weight that has to be known.
 const LEAST_WEIGHT: f64 = 0.4;
 /// ∫ (1 − x²)² dx from −1 to 1.
 const WEIGHT: f64 = 16.0 / 15.0;
@@ -23,9 +23,9 @@ const WEIGHT: f64 = 16.0 / 15.0;
 /// Values over time, and their standard deviations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Traced {
-    /// Values, SI; NaN where there is none.
+    /// Values, SI; NaN if unknown.
     pub value: Vec<f64>,
-    /// Standard deviations by the sensors' noise.
+    /// Standard deviations due to the sensors' noise.
     pub std: Vec<f64>,
 }
 
@@ -35,7 +35,7 @@ impl Traced {
     }
 }
 
-/// What an interval between two samples adds, with weights at its ends.
+/// The contribution of an interval between two samples, with weights at its ends.
 fn interval(from: &Sample, to: &Sample, weights: [f64; 2]) -> f64 {
     let [a, b] = [weights[0] / from.c, weights[1] / to.c];
     let step = to.t - from.t;
@@ -45,7 +45,7 @@ fn interval(from: &Sample, to: &Sample, weights: [f64; 2]) -> f64 {
 /// d̂ at all samples.
 pub(super) fn means(samples: &Samples, half_width: f64) -> Traced {
     let known = &samples.known;
-    let mut found = Traced::unknown(samples.times.len());
+    let mut trace = Traced::unknown(samples.times.len());
     let (mut first, mut end) = (0, 0);
     let mut weights: Vec<f64> = Vec::new();
     for sample in known {
@@ -87,16 +87,16 @@ pub(super) fn means(samples: &Samples, half_width: f64) -> Traced {
                 + after.map_or(0.0, |j| window[j].t - own.t);
             variance += own.variance(by_y, -0.5 * step * scaled(k));
         }
-        found.value[sample.at] = sum / weight;
-        found.std[sample.at] = variance.sqrt() / weight;
+        trace.value[sample.at] = sum / weight;
+        trace.std[sample.at] = variance.sqrt() / weight;
     }
-    found
+    trace
 }
 
-/// ∫ d dt, and the time that it does not count.
+/// ∫ d dt, and the time that it excludes.
 pub(super) fn integral(samples: &Samples) -> (Traced, f64) {
     let known = &samples.known;
-    let mut found = Traced::unknown(samples.times.len());
+    let mut trace = Traced::unknown(samples.times.len());
     let (mut sum, mut inside, mut left_out) = (0.0, 0.0, 0.0);
     let spacing = samples.spacing();
     // Weights of the last sample so far: on y and on g.
@@ -116,17 +116,17 @@ pub(super) fn integral(samples: &Samples) -> (Traced, f64) {
                 left_out += step;
             }
         }
-        found.value[own.at] = sum;
-        found.std[own.at] = (inside + own.variance(last[0], last[1])).sqrt();
+        trace.value[own.at] = sum;
+        trace.std[own.at] = (inside + own.variance(last[0], last[1])).sqrt();
     }
-    (found, left_out)
+    (trace, left_out)
 }
 
-/// Usual intervals that a gap is bridged over.
+/// Length limit of gaps that are bridged, in usual intervals.
 const MOST_GAP: f64 = 20.0;
 
 impl Sample {
-    /// The variance that its readings give to something that has these parts of y and of g.
+    /// The variance due to the readings of a quantity with these weights on y and on g.
     pub(super) fn variance(&self, by_y: f64, by_g: f64) -> f64 {
         let errors = self.y_errors.iter().zip(&self.g_errors);
         errors.map(|(y, g)| (by_y * y + by_g * g).powi(2)).sum()

@@ -4,16 +4,15 @@
 //!   minimise  q(δ) = gᵀδ + ½ δᵀA δ   over   lower ≤ δ ≤ upper,   A positive definite
 //! ```
 //!
-//! by a primal active-set method. A step cut at the first bound it meets, or one whose components
-//! are clipped, is no minimum of q on the box, and a method that takes it converges slowly or
-//! to the wrong point; this one is.
+//! by a primal active-set method. A step cut at the first bound it meets, or one whose components are clipped, is not
+//! the minimum of q on the box, and a method that takes it converges slowly or to the wrong point; this one is.
 //!
 //! Nocedal, Wright, Numerical Optimization, 2nd ed. (2006), algorithm 16.3, for constraints that
 //! are bounds.
 
 use nalgebra::{DMatrix, DVector};
 
-/// The minimum of q on the box, which contains δ = 0; `None` where A is not positive definite.
+/// The minimum of q on the box, which contains δ = 0; `None` if A is not positive definite.
 pub(crate) fn minimise(
     a: &DMatrix<f64>,
     g: &DVector<f64>,
@@ -26,7 +25,7 @@ pub(crate) fn minimise(
     let mut free: Vec<bool> = (0..n)
         .map(|i| !((lower[i] >= 0.0 && g[i] >= 0.0) || (upper[i] <= 0.0 && g[i] <= 0.0)))
         .collect();
-    // Exact arithmetic ends long before; rounding could release and meet one bound for ever.
+    // Exact arithmetic ends much earlier; with rounding errors one bound could be released and met forever.
     for _ in 0..10 * (n + 1) {
         let slope = g + a * &delta;
         let towards = newton_step(a, &slope, &free)?;
@@ -46,7 +45,7 @@ pub(crate) fn minimise(
     Some(delta)
 }
 
-/// A_FF d_F = −∇q_F, and 0 for what is not free.
+/// A_FF d_F = −∇q_F, and 0 for variables that are not free.
 fn newton_step(a: &DMatrix<f64>, slope: &DVector<f64>, free: &[bool]) -> Option<DVector<f64>> {
     let positions: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
     let mut step = DVector::zeros(free.len());
@@ -61,7 +60,7 @@ fn newton_step(a: &DMatrix<f64>, slope: &DVector<f64>, free: &[bool]) -> Option<
     Some(step)
 }
 
-/// How far along the step no bound is crossed, at most 1, and which is met there.
+/// The fraction of the step, at most 1, up to the first bound, and the variable that meets it.
 fn first_bound(
     delta: &DVector<f64>,
     towards: &DVector<f64>,
@@ -80,8 +79,7 @@ fn first_bound(
     first
 }
 
-/// What is held at a bound although q falls away from it: that with the largest gain per unit of
-/// its own curvature.
+/// The variable held at a bound although q decreases away from it, with the largest gain per unit of its own curvature.
 fn most_wrongly_held(
     a: &DMatrix<f64>,
     slope: &DVector<f64>,
@@ -105,8 +103,8 @@ fn most_wrongly_held(
 mod tests {
     use super::*;
 
-    /// q on a grid of the box is nowhere below its value at the minimum found, for bounds that hold
-    /// none, one or both of two variables.
+    /// q on a grid of the box is nowhere below its value at the minimum found, for bounds that hold none, one or both
+    /// of two variables.
     #[test]
     fn no_point_of_the_box_is_lower() {
         // Strongly coupled: clipping the unconstrained minimum would be far off.

@@ -1,4 +1,4 @@
-//! Searches for a minimum: of a sum of squares by its derivatives, of any function without.
+//! Minimisation: of a sum of squares with derivatives, or of any function without.
 
 pub(crate) mod box_quadratic;
 pub(crate) mod nelder_mead;

@@ -6,22 +6,22 @@
 //!   to ξ(½), or ξ(−½) where it is not even better than the worst; if that fails, shrink to the best
 //! ```
 //!
-//! Nelder, Mead, Computer Journal 7 (1965) 308, with the rules of acceptance and ordering of Lagarias,
-//! Reeds, Wright, Wright, SIAM J. Optim. 9 (1998) 112. Points beyond a bound are moved to it, and
-//! where the function has no value it is infinite. A simplex that has ended is set up once more, small,
-//! at its best vertex, so that one that has become flat is noticed.
+//! Nelder, Mead, Computer Journal 7 (1965) 308, with the rules of acceptance and ordering of Lagarias, Reeds, Wright,
+//! Wright, SIAM J. Optim. 9 (1998) 112. Points beyond a bound are moved to it, and where the function is undefined it
+//! is infinite. After convergence a small simplex is set up at the best vertex and continued, to detect a simplex that
+//! has become flat.
 
 use crate::progress::{Of, Progress, Watch};
 
-/// When to stop.
+/// The stopping rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimplexRule {
-    /// All vertices are as close to the best, in each variable: absolutely, or relative to its value
-    /// where that is larger than 1.
+    /// All vertices are this close to the best, in each variable: absolutely, or relative to its value if that is
+    /// larger than 1.
     pub size: f64,
-    /// And the function differs among them by no more than this part of its value.
+    /// And the function varies among them by no more than this fraction of its value.
     pub spread: f64,
-    /// Most evaluations.
+    /// Limit on evaluations.
     pub evaluations: usize,
 }
 
@@ -31,7 +31,7 @@ impl Default for SimplexRule {
     }
 }
 
-/// Where the method ended.
+/// The result of the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simplex {
     /// The best vertex.
@@ -40,25 +40,25 @@ pub struct Simplex {
     pub value: f64,
     /// Evaluations.
     pub evaluations: usize,
-    /// Whether the simplex became as small as the rule asks.
+    /// Whether the simplex became as small as the rule requires.
     pub is_converged: bool,
 }
 
-/// Edges of the first simplex, of a variable's value, or absolutely where that is zero; as MATLAB's
-/// `fminsearch` has them.
+/// Edges of the first simplex, relative to a variable's value, or absolute if that is zero, as in MATLAB's
+/// `fminsearch`.
 const FIRST_EDGE: f64 = 0.05;
 const FIRST_EDGE_AT_ZERO: f64 = 0.00025;
-/// Of the size asked for: there the function's own rounding is all that it differs by.
+/// Fraction of the requested size at which the function varies by rounding errors only.
 const ROUNDED: f64 = 1e-3;
-/// Those of the simplex that tries the end again.
+/// Edges of the simplex that checks the end.
 const SECOND_EDGE: f64 = 1e-3;
 
-/// Minimises a function from `x` on. Variables should be of the order of 1. What `watch` stops gives the best
-/// vertex so far, which is not converged.
+/// Minimises a function from `x` on. Variables should be of the order of 1. If `watch` cancels it, the result is the
+/// best vertex so far, not converged.
 ///
 /// # Panics
 ///
-/// When there is not one pair of bounds for each variable.
+/// If there is not one pair of bounds for each variable.
 pub fn nelder_mead(
     x: &[f64],
     bounds: &[(f64, f64)],
@@ -70,7 +70,7 @@ pub fn nelder_mead(
     let mut search = Search {
         bounds,
         evaluations: 0,
-        // Two simplexes have so many each.
+        // For each of the two simplexes.
         most: 2 * rule.evaluations,
         watch,
         function: &mut |x| match function(x) {
@@ -109,7 +109,7 @@ impl Search<'_> {
         let mut vertices = vec![self.vertex(x.to_vec())];
         for (j, (low, high)) in self.bounds.iter().enumerate() {
             let length = if x[j] == 0.0 { FIRST_EDGE_AT_ZERO } else { edge * x[j].abs() };
-            // Away from a bound.
+            // Away from the bound.
             let mut moved = x.to_vec();
             moved[j] = if x[j] + length <= *high { x[j] + length } else { x[j] - length };
             moved[j] = moved[j].clamp(*low, *high);
@@ -123,7 +123,7 @@ impl Search<'_> {
         let until = self.evaluations + rule.evaluations;
         let mut vertices = self.first_simplex(x, edge);
         loop {
-            // Stable: of equals the older is the better.
+            // Stable: of equals the older comes first.
             vertices.sort_by(|a, b| a.1.total_cmp(&b.1));
             let is_converged = is_small(&vertices, rule);
             let is_ended = self.evaluations >= until || self.watch.is_stopped();

@@ -1,4 +1,4 @@
-//! The likelihood of readings whose scatter is computed: σ by a formula, log-normal, Student's.
+//! The likelihood of readings with a computed distribution: σ by a formula, log-normal, Student's.
 //!
 //! ```text
 //!   D = Σ −2 ln of the density of a reading y where the model has w and σ
@@ -8,8 +8,8 @@
 //!   Student's    r = (w − y)/σ          (ν + 1) ln(1 + r²/ν) + 2 ln σ + 2 ln [√(νπ) Γ(ν/2)/Γ((ν + 1)/2)]
 //! ```
 //!
-//! The normal equations get its exact gradient, and in the place of JᵀJ the expected information, which has no
-//! part that mixes w and σ:
+//! The normal equations get its exact gradient, and instead of JᵀJ the expected information, which has no terms that
+//! mix w and σ:
 //!
 //! | | ½ ∂D/∂w | ½ ∂D/∂σ | of w | of σ |
 //! |---|---|---|---|---|
@@ -30,23 +30,23 @@ use crate::keep_by_fields;
 use crate::noise::loss::Scaled;
 use crate::noise::shape::Shape;
 
-/// How the samples of an output count.
+/// How samples of an output contribute to the cost.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Counting<'a> {
-    /// By their squares, whatever σ is.
+    /// By their squares, independently of σ.
     Squares,
-    /// By a loss that is not squares.
+    /// By a loss other than squares.
     Robust(Scaled),
-    /// By their likelihood; the output at a position of the density computes σ.
+    /// By their likelihood; σ is computed by the output at a position of the density.
     Density(Density),
     /// By their likelihood, with a σ for each sample time.
     Rows(&'a [f64], Distribution),
-    /// By their likelihood in the scale in which that σ is even.
+    /// By their likelihood in the scale in which σ is uniform.
     Stabilised(Density, Shape),
 }
 
 impl Counting<'_> {
-    /// What distribution samples have, where their likelihood counts.
+    /// The distribution of samples that contribute by their likelihood.
     pub(crate) fn distribution(self) -> Option<Distribution> {
         match self {
             Self::Squares | Self::Robust(_) => None,
@@ -56,7 +56,7 @@ impl Counting<'_> {
         }
     }
 
-    /// σ of sample k, where the outputs are `w`.
+    /// σ of sample k, given the outputs `w`.
     pub(crate) fn deviation(self, k: usize, w: &[f64]) -> f64 {
         match self {
             Self::Squares | Self::Robust(_) => f64::NAN,
@@ -65,7 +65,7 @@ impl Counting<'_> {
         }
     }
 
-    /// The scale in which σ is even, where samples count in that.
+    /// The scale in which σ is uniform, if samples contribute in that scale.
     pub(crate) fn shape(self) -> Option<Shape> {
         match self {
             Self::Stabilised(_, shape) => Some(shape),
@@ -82,19 +82,19 @@ impl Counting<'_> {
     }
 }
 
-/// What is wrong with a simulated sample.
+/// Defect of a simulated sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Spoilt {
-    /// It is not a finite number.
+    /// It is not finite.
     NotFinite,
     /// Its standard deviation is not a positive number.
     Deviation(f64),
-    /// Its logarithm is wanted, and it is not above zero.
+    /// Its logarithm is needed, but it is not positive.
     Logarithm(f64),
 }
 
 impl Spoilt {
-    /// As a reason for a trial to fail.
+    /// The corresponding failure of a trial.
     pub(crate) fn failure(self, output: String, t: f64) -> TrialFailure {
         match self {
             Self::NotFinite => TrialFailure::OutputNotFinite { output, t },
@@ -104,7 +104,7 @@ impl Spoilt {
     }
 }
 
-/// A reading and what the model says of it.
+/// A reading and its prediction by the model.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seen {
     pub measured: f64,
@@ -112,12 +112,12 @@ pub(crate) struct Seen {
     pub sigma: f64,
 }
 
-/// −2 ln of the density of a reading, and its derivatives as the module has them.
+/// −2 ln of the density of a reading, and its derivatives, defined as in the module documentation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Term {
-    /// What depends on the residual.
+    /// The terms that depend on the residual.
     pub cost: f64,
-    /// All the rest.
+    /// The other terms.
     pub logarithm: f64,
     by_output: f64,
     by_deviation: f64,
@@ -126,7 +126,7 @@ pub(crate) struct Term {
 }
 
 impl Seen {
-    /// What is wrong with it.
+    /// Its defect, if any.
     pub(crate) fn spoilt(self, distribution: Distribution) -> Option<Spoilt> {
         let Self { simulated, sigma, .. } = self;
         if !simulated.is_finite() {
@@ -139,7 +139,7 @@ impl Seen {
         (wants_logarithm && simulated <= 0.0).then_some(Spoilt::Logarithm(simulated))
     }
 
-    /// Simulated less measured over σ; of logarithms where the noise is log-normal.
+    /// Simulated less measured over σ; logarithms for log-normal noise.
     pub(crate) fn residual(self, distribution: Distribution) -> f64 {
         let Self { measured, simulated, sigma } = self;
         match distribution {
@@ -148,7 +148,7 @@ impl Seen {
         }
     }
 
-    /// What it adds.
+    /// Its contribution.
     pub(crate) fn term(self, distribution: Distribution) -> Term {
         let Self { measured, simulated, sigma } = self;
         let r = self.residual(distribution);
@@ -165,7 +165,8 @@ impl Seen {
 }
 
 impl Term {
-    /// Of a residual r that is a normal deviate, or Student's: `slope` is ∂r/∂w, and r falls as 1/σ.
+    /// The term of a residual r with a normal or Student's distribution: `slope` is ∂r/∂w, and r is proportional to
+    /// 1/σ.
     pub(super) fn of(r: f64, slope: f64, sigma: f64, distribution: Distribution) -> Self {
         let Distribution::Student { freedom } = distribution else {
             return Term {
@@ -191,7 +192,7 @@ impl Term {
         }
     }
 
-    /// The same for readings of which another σ than this is the scatter.
+    /// The term for readings with the standard deviation `other`, whose residual was scaled by `sigma`.
     pub(super) fn with_spread(self, other: f64, sigma: f64) -> Self {
         Term { logarithm: self.logarithm + 2.0 * (other / sigma).ln(), ..self }
     }
@@ -218,14 +219,14 @@ impl Term {
     }
 }
 
-/// What the samples of an output add by their likelihood.
+/// Contributions of the samples of an output by their likelihood.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Likelihood {
-    /// Of −2 ln of it, what depends on residuals.
+    /// The terms of −2 ln of the likelihood that depend on residuals.
     pub cost: f64,
-    /// And all the rest.
+    /// The other terms.
     pub logarithms: f64,
-    /// Σ of the variance of a reading; of a log-normal one (σ w)².
+    /// Sum of the variances of readings; (σ w)² for log-normal ones.
     pub variances: f64,
 }
 
@@ -256,7 +257,7 @@ mod tests {
         term.cost + term.logarithm
     }
 
-    /// ∫ exp(−D/2) dy = 1, by the midpoint rule in a variable in which tails are thin.
+    /// ∫ exp(−D/2) dy = 1, by the midpoint rule in a variable with thin tails.
     #[test]
     fn densities_integrate_to_one() {
         for distribution in ALL {
@@ -264,7 +265,7 @@ mod tests {
             let h = 2.0 * width / f64::from(n);
             let sum: f64 = (0..n)
                 .map(|k| {
-                    // y = 2 + sinh x, or exp x where it is above zero.
+                    // y = 2 + sinh x, or exp x if it must be positive.
                     let x = -width + (f64::from(k) + 0.5) * h;
                     let (measured, slope) = match distribution {
                         Distribution::LogNormal => (x.exp(), x.exp()),
@@ -298,7 +299,7 @@ mod tests {
         }
     }
 
-    /// The information is the expectation of the gradient's square, by the same integral as above.
+    /// The information is the expectation of the squared gradient, by the integration rule above.
     #[test]
     fn the_information_is_what_gradients_scatter_by() {
         for distribution in ALL {

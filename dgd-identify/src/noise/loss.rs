@@ -1,4 +1,4 @@
-//! What an error adds to the sum that a fit makes small.
+//! Loss functions: the contribution of an error to the sum that a fit minimises.
 //!
 //! ```text
 //!   r = e/σ,   Σ ρ(r) → min,   ψ = ½ ρ′,   w = ψ/r
@@ -11,17 +11,17 @@
 //! | Cauchy | c² ln(1 + r²/c²) | 1/(1 + r²/c²) | 2.3849 |
 //! | Tukey | c²/3 (1 − (1 − r²/c²)³) up to c, c²/3 beyond | (1 − r²/c²)² up to c, 0 beyond | 4.6851 |
 //!
-//! With these c an estimate from normal noise has 1/0.95 of the variance that squares give it. Steps
-//! are those of weighted least squares, Σ w s sᵀ; the covariance is Huber's,
+//! With these c the variance of an estimate from normal noise is 1/0.95 of that with squares. Steps are those of
+//! weighted least squares, Σ w s sᵀ; the covariance is Huber's,
 //!
 //! ```text
 //!   H = Σ_outputs mean ψ′/κ Σ s sᵀ/σ²,   G = Σ_outputs mean ψ² Σ s sᵀ/σ² · N/(N − n),   H⁻¹ G H⁻¹
 //!   κ = 1 + n/N var ψ′/(mean ψ′)²
 //! ```
 //!
-//! with s = ∂e/∂z over all N samples and n variables, and an estimated σ is the median of |e| over that of a normal
-//! deviate. Under Cauchy's and Tukey's loss, which forget what is far away, a fit begins where Huber's
-//! ended, and keeps its σ.
+//! with s = ∂e/∂z over all N samples and n variables; an estimated σ is the median of |e| over that of a normal
+//! deviate. With Cauchy's and Tukey's loss, which ignore remote outliers, a fit starts at the result with Huber's loss,
+//! and keeps its σ.
 //!
 //! Sources: Huber, Robust Statistics (1981) §7; Yohai, High breakdown-point and high efficiency robust
 //! estimates for regression, Ann. Stat. 15 (1987) 642; constants: Holland, Welsch, Robust regression
@@ -32,20 +32,20 @@ use crate::keep_by_fields;
 /// The median of |r| of a normal deviate.
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
-/// A sample with less weight than this hardly counts.
+/// A sample with less weight than this counts as downweighted.
 const LIGHT: f64 = 0.5;
 
-/// What an error adds to the sum that a fit makes small, by r = e/σ.
+/// The contribution of an error to the sum that a fit minimises, as a function of r = e/σ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Loss {
-    /// r²: the most exact where noise is normal.
+    /// r²: the most efficient for normal noise.
     #[default]
     Squares,
-    /// Straight from 1.345 on: outliers pull, but no harder the further they are.
+    /// Linear from 1.345 on: the influence of outliers is bounded.
     Huber,
-    /// The logarithm of 1 + (r/2.3849)²: outliers pull the less the further they are.
+    /// The logarithm of 1 + (r/2.3849)²: the influence of outliers decreases with their distance.
     Cauchy,
-    /// Constant from 4.6851 on: what is further does not count.
+    /// Constant from 4.6851 on: errors beyond have no influence.
     Tukey,
 }
 
@@ -61,7 +61,7 @@ pub struct LossAt {
 }
 
 impl Loss {
-    /// Where it leaves the parabola, in σ; `None` for one that does not.
+    /// Its tuning constant, in σ; `None` for squares.
     pub fn tuning(self) -> Option<f64> {
         match self {
             Self::Squares => None,
@@ -71,7 +71,7 @@ impl Loss {
         }
     }
 
-    /// The share of normal noise that weighs less than half: 2 (1 − Φ(r)) where w(r) is a half.
+    /// The share of normal noise with a weight below one half: 2 (1 − Φ(r)) with w(r) = ½.
     pub fn light_share(self) -> f64 {
         match self {
             Self::Squares => 0.0,
@@ -81,7 +81,7 @@ impl Loss {
         }
     }
 
-    /// One word for it.
+    /// A one-word name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Squares => "squares",
@@ -91,8 +91,8 @@ impl Loss {
         }
     }
 
-    /// Whether errors that are large enough pull less than smaller ones, so that there are several minima
-    /// and none can be found from far away.
+    /// Whether the influence of errors eventually decreases, so that there are several minima and none can be found
+    /// from far away.
     pub(crate) fn is_redescending(self) -> bool {
         matches!(self, Self::Cauchy | Self::Tukey)
     }
@@ -121,21 +121,21 @@ impl Loss {
         }
     }
 
-    /// With an output's σ; `None` for squares, whose sums are the same whatever σ.
+    /// With an output's σ; `None` for squares, whose sums do not depend on σ.
     pub(crate) fn scaled(self, sigma: Option<f64>) -> Option<Scaled> {
         (self != Self::Squares).then_some(Scaled { loss: self, sigma: sigma? })
     }
 }
 
-/// A loss that is not squares, of the errors of an output with this σ.
+/// A loss other than squares, for the errors of an output with this σ.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scaled {
     loss: Loss,
     sigma: f64,
 }
 
-/// What samples add under a loss that is not squares, in squares of the output's SI unit as the sums of
-/// squares are.
+/// Contributions of samples for a loss other than squares, scaled to squares of the output's SI unit like the sums of
+/// squares.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Robust {
     /// Σ σ² ρ(e/σ).
@@ -146,7 +146,7 @@ pub(crate) struct Robust {
     pub curvature_squares: f64,
     /// Σ ψ²(e/σ).
     pub influence: f64,
-    /// Samples that hardly count.
+    /// Downweighted samples.
     pub light: usize,
     /// Σ s sᵀ, without weights.
     pub information: Vec<f64>,
@@ -159,7 +159,7 @@ impl Robust {
         Self { information: vec![0.0; n * n], ..Self::default() }
     }
 
-    /// Adds an error and its slopes, and gives the weight of its sample.
+    /// Adds an error and its slopes, and returns the weight of its sample.
     pub(crate) fn add(&mut self, e: f64, slopes: &[f64], scaled: Scaled) -> f64 {
         let r = e / scaled.sigma;
         let LossAt { value, weight, curvature } = scaled.loss.at(r);
@@ -181,7 +181,7 @@ impl Robust {
     }
 }
 
-/// σ that makes the median of the sizes of errors that of a normal deviate; `None` without errors.
+/// σ for which the median absolute error is that of a normal deviate; `None` without errors.
 pub(crate) fn scale(mut sizes: Vec<f64>) -> Option<f64> {
     if sizes.is_empty() {
         return None;
@@ -189,7 +189,7 @@ pub(crate) fn scale(mut sizes: Vec<f64>) -> Option<f64> {
     let middle = sizes.len() / 2;
     let (below, upper, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
     let upper = *upper;
-    // Of an even number, half way between the two in the middle.
+    // For an even number, the mean of the two middle ones.
     let lower = below.iter().copied().fold(0.0, f64::max);
     let median = if sizes.len().is_multiple_of(2) { 0.5 * (lower + upper) } else { upper };
     Some(median / NORMAL_MEDIAN)

@@ -1,10 +1,10 @@
 //! The standard deviation of each output's noise: the weight of its samples.
 //!
-//! | file | holds |
+//! | file | contents |
 //! |---|---|
-//! | `loss` | what an error adds, where squares are not robust enough |
-//! | `density` | the likelihood of readings whose scatter is computed |
-//! | `shape` | how that scatter grows with the output, and what makes it even |
+//! | `loss` | loss functions, some of them robust |
+//! | `density` | the likelihood of readings with a computed distribution |
+//! | `shape` | growth of σ with the output, and the scale in which it is uniform |
 
 pub(crate) mod density;
 pub(crate) mod loss;
@@ -16,34 +16,34 @@ use crate::noise::density::Seen;
 use crate::noise::shape::Shape;
 use crate::recording::{Recording, Sums};
 
-/// Where the weight of an output comes from.
+/// The source of an output's weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Noise {
-    /// This standard deviation, SI.
+    /// A known standard deviation, SI.
     Known(f64),
-    /// From the residuals of the fit, which is repeated with the new weights until they stay.
+    /// Estimated from the residuals of the fit, which is repeated with new weights until they are stable.
     Estimated,
-    /// As the model says, by an output of its own; its parameters take part in the fit.
+    /// Computed by an extra output of the model; its parameters take part in the fit.
     Density(Density),
-    /// Each sample has its own, in [`Recording::deviations`].
+    /// Each sample has its own, from [`Recording::deviations`].
     Recorded,
-    /// As the model says, with readings and outputs in a scale in which it is even: the first part of a search.
+    /// Computed by the model, with readings and outputs in a scale in which it is uniform: the first stage of a search.
     Stabilised(Density, Shape),
 }
 
-/// A reading, judged by the standard deviation that it has by itself.
+/// A reading, compared with its own standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged {
-    /// Measured less simulated over σ; of logarithms where the noise is log-normal.
+    /// Measured less simulated over σ; logarithms for log-normal noise.
     pub residual: f64,
-    /// Its distribution where the model is right.
+    /// Its distribution if the model is right.
     pub distribution: Distribution,
     /// −2 ln of its density, SI.
     pub deviance: f64,
 }
 
 impl Noise {
-    /// Whether samples have standard deviations of their own, and count by their likelihood.
+    /// Whether samples have individual standard deviations, and contribute by their likelihood.
     pub fn is_likelihood(self) -> bool {
         match self {
             Self::Known(_) | Self::Estimated => false,
@@ -51,7 +51,7 @@ impl Noise {
         }
     }
 
-    /// Sample k of an output, where the model has the outputs `w`; `None` where all samples of the output have one σ.
+    /// Sample k of an output, given the outputs `w` of the model; `None` if all samples of the output have one σ.
     pub fn judge(
         self,
         recording: &Recording,
@@ -65,26 +65,26 @@ impl Noise {
             Self::Recorded => (recording.deviations_of(output)?[k], Distribution::Normal),
         };
         let measured = recording.measured[output].as_ref()?[k];
-        let seen = Seen { measured, simulated: w[output], sigma };
-        let term = seen.term(distribution);
+        let reading = Seen { measured, simulated: w[output], sigma };
+        let term = reading.term(distribution);
         let deviance = term.cost + term.logarithm;
-        Some(Judged { residual: -seen.residual(distribution), distribution, deviance })
+        Some(Judged { residual: -reading.residual(distribution), distribution, deviance })
     }
 }
 
-/// Fewer samples of an output do not say how large its noise is.
+/// Minimum number of samples of an output to estimate its noise.
 const LEAST_SAMPLES: usize = 10;
-/// Nor do samples that are, all together, fewer than so many for each estimate.
+/// Minimum number of samples of all outputs for each estimate.
 const FOR_EACH_ESTIMATE: usize = 2;
 
-/// Whether `samples` of an output, of so many in `all`, are too few to estimate its noise beside so many
-/// other estimates: what is left of them is then far smaller than the noise.
+/// Whether `samples` of an output, out of `all`, are too few to estimate its noise in addition to `estimates` other
+/// quantities: the residuals are then far smaller than the noise.
 pub fn too_few_for_noise(samples: usize, all: usize, estimates: usize) -> bool {
     samples < LEAST_SAMPLES || all < FOR_EACH_ESTIMATE * estimates
 }
 
-/// A first guess of an output's noise from its own scatter, σ² = Σ (wₖ₊₁ − wₖ)² / 2 (n − 1), which
-/// what changes slowly hardly enters.
+/// A first guess of an output's noise from its scatter, σ² = Σ (wₖ₊₁ − wₖ)² / 2 (n − 1), which is insensitive to slow
+/// changes.
 ///
 /// Rice, Bandwidth choice for nonparametric regression, Ann. Stat. 12 (1984) 1215, (2.5).
 pub(crate) fn scatter(recordings: &[Recording], output: usize) -> Option<f64> {
@@ -99,15 +99,14 @@ pub(crate) fn scatter(recordings: &[Recording], output: usize) -> Option<f64> {
     (differences > 0).then(|| (squares / (2.0 * f64::from(differences))).sqrt())
 }
 
-/// The least noise worth telling from none: what a simulation to `rtol` may be off by.
+/// The smallest significant noise: the error of a simulation with tolerance `rtol`.
 pub(crate) fn least(recordings: &[Recording], output: usize, rtol: f64, unit: f64) -> f64 {
     let samples = || recordings.iter().flat_map(|recording| recording.counted(output));
     let largest = samples().map(|(_, value)| value.abs()).fold(0.0, f64::max);
     rtol * if largest > 0.0 { largest } else { unit.abs() }
 }
 
-/// σ = √(Σ e² / n) · √(n_all / (n_all − n_free)): every output gives up degrees of freedom in
-/// proportion to its samples.
+/// σ = √(Σ e² / n) · √(n_all / (n_all − n_free)): outputs lose degrees of freedom in proportion to their samples.
 pub(crate) fn of_residuals(sums: &[Vec<Sums>], output: usize, spread: f64) -> Option<f64> {
     let (mut squares, mut samples) = (0.0, 0);
     for of_recording in sums {

@@ -1,4 +1,4 @@
-//! How the noise of an output grows with its size, and the scale in which it is even.
+//! The growth of an output's noise with its size, and the scale in which the noise is uniform.
 //!
 //! ```text
 //!   σ(w) = c g(w),   g² = a² + b² w²,   T(w) = ∫ dw/g(w) = asinh(b w/a)/b
@@ -6,12 +6,10 @@
 //!   D = r² + ln 2π(c g(y))²,   r = (T(w) − T(y))/c
 //!   ∂r/∂w = 1/σ(w) where c is held;   d ln c = dσ/σ − (g′/g) dw
 //! ```
-//!
-//! Where σ grows with w, the likelihood of normal readings has a plateau: an output that is far too large explains any
-//! reading by its own large noise, and slopes there point outwards. D has none: σ is small, and T(w) far from T(y),
-//! wherever w is, and noise in proportion (a = 0) is that of logarithms. For small c the two have nearly the same
-//! minimum, so that a search begins with D. c is σ(w)/g(w) of each sample and whatever parameters make of it; a and b are
-//! those of a run.
+//! If σ grows with w, the likelihood of normal readings has a plateau: an output that is far too large explains any
+//! reading by its own large noise, and slopes there point outwards. D has no plateau: σ is small, and T(w) far from
+//! T(y), for any w, and proportional noise (a = 0) gives logarithms. For small c the two have nearly the same minimum,
+//! so a search starts with D. c is σ(w)/g(w) of each sample, for any parameters; a and b are fixed during a run.
 //!
 //! Source of T: Bartlett, The use of transformations, Biometrics 3 (1947) 39–52.
 
@@ -19,10 +17,10 @@ use dgd_runtime::signature::Distribution;
 
 use crate::noise::density::{Seen, Spoilt, Term};
 
-/// Below this part of σ² what does not grow is not told from nothing.
+/// Below this fraction of σ² the constant part counts as zero.
 const NOTHING: f64 = 1e-6;
 
-/// The shape of σ over the size of an output; of its factor nothing.
+/// The growth of σ with an output, up to a factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
     /// a.
@@ -32,8 +30,8 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The shape that pairs of a simulated output and its σ have, of readings at `measured`: relative errors of σ² are
-    /// least. `None` where σ does not grow with the size over the outputs and readings there are.
+    /// The shape fitted to pairs of a simulated output and its σ, with readings `measured`: minimises relative errors
+    /// of σ². `None` if σ does not grow over the range of these outputs and readings.
     pub fn of(pairs: &[(f64, f64)], measured: &[f64]) -> Option<Self> {
         let (floor, slope) = grown(pairs)?;
         let size = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, f64::max);
@@ -46,14 +44,14 @@ impl Shape {
         if signs().all(|w| w > 0.0) || signs().all(|w| w < 0.0) {
             return Some(Self { floor, slope });
         }
-        // Where an output passes zero, nothing below the size of readings is resolved.
+        // Where an output passes zero, values below the size of readings are not resolved.
         let squares: f64 = measured.iter().map(|y| y * y).sum();
         let usual = (squares / measured.len().max(1) as f64).sqrt();
         let floor = floor.max(slope * usual);
         (floor > 0.0).then_some(Self { floor, slope })
     }
 
-    /// The size of an output from which on σ grows in proportion to it: a/b; 0 if it does throughout.
+    /// The output from which on σ is proportional to it: a/b; 0 if it always is.
     pub fn bend(self) -> f64 {
         self.floor / self.slope
     }
@@ -72,19 +70,20 @@ impl Shape {
         (w.abs().ln() - y.abs().ln()) * y.signum() / slope
     }
 
-    /// d ln σ/dw where c is held: g′/g.
+    /// d ln σ/dw with c fixed: g′/g.
     pub(crate) fn growth(self, w: f64) -> f64 {
         let g = self.at(w);
         self.slope * self.slope * w / (g * g)
     }
 
-    /// The reason why a sample cannot be used in this scale, beside those of [`Seen::spoilt`].
+    /// Defects of a sample in this scale, in addition to those of [`Seen::spoilt`].
     pub(crate) fn spoilt(self, seen: Seen) -> Option<Spoilt> {
         let is_apart = self.floor == 0.0 && seen.simulated * seen.measured.signum() <= 0.0;
         is_apart.then_some(Spoilt::Logarithm(seen.simulated))
     }
 
-    /// What a sample adds to D; its derivatives are those to w where c is held, and to σ less what that has of w.
+    /// The contribution of a sample to D; its derivatives are those with respect to w with c fixed, and with respect to
+    /// σ without its dependence on w.
     pub(crate) fn term(self, seen: Seen, distribution: Distribution) -> Term {
         let Seen { measured, simulated, sigma } = seen;
         let c = sigma / self.at(simulated);
@@ -102,7 +101,7 @@ fn grown(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     if size == 0.0 {
         return None;
     }
-    // 1 = α x + β z with x = σ₀²/σ² and z = w²/σ² over its largest: neither is lost where they span decades.
+    // 1 = α x + β z with x = σ₀²/σ² and z = w²/σ² over its largest: neither is lost if they span decades.
     let smallest = pairs.iter().map(|(_, sigma)| sigma.abs()).fold(f64::INFINITY, f64::min);
     let steepest = pairs.iter().map(|(w, sigma)| (w / sigma).abs()).fold(0.0, f64::max);
     if !(steepest > 0.0 && steepest.is_finite()) {
@@ -117,7 +116,7 @@ fn grown(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
         (x1, z1) = (x1 + x, z1 + z);
     }
     let determinant = xx * zz - xz * xz;
-    // Where all outputs are of one size, nothing is known of how σ grows.
+    // If all outputs are of one size, the growth of σ is unknown.
     if determinant <= NOTHING * xx * zz {
         return None;
     }
@@ -126,7 +125,7 @@ fn grown(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     if beta <= 0.0 {
         return None;
     }
-    // α is the share of a² in the smallest σ².
+    // α is the fraction of a² in the smallest σ².
     if alpha <= NOTHING {
         (alpha, beta) = (0.0, z1 / zz);
     }
@@ -158,8 +157,8 @@ mod tests {
         assert!((found.floor - 0.1 * 12.5_f64.sqrt()).abs() < 1e-9, "{found:?}");
     }
 
-    /// In proportion it is the log-normal likelihood, and in all shapes its slopes are those of differences, and their
-    /// scatter is the information.
+    /// For proportional noise it is the log-normal likelihood; for all shapes its slopes agree with differences, and
+    /// the scatter of these is the information.
     #[test]
     fn noise_in_proportion_is_log_normal_and_slopes_are_those_of_differences() {
         let shape = Shape { floor: 0.0, slope: 0.25 };
@@ -173,7 +172,7 @@ mod tests {
         }
         for shape in [shape, Shape { floor: 0.4, slope: 0.25 }] {
             for distribution in [NORMAL, Distribution::Student { freedom: 4.0 }] {
-                // σ = c (a + b w)-like: both move with z.
+                // σ = c (a + b w)-like: both depend on z.
                 let at = |z: f64| {
                     let simulated = 1.9 + z;
                     Seen { measured: 2.3, simulated, sigma: 0.3 * (0.2 + simulated.powi(2)) }

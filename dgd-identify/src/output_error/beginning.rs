@@ -1,4 +1,4 @@
-//! The beginning of a recording that start values are estimated from, and that does not count in its errors.
+//! The burn-in of a recording: start values are estimated from it, and its errors do not count.
 //!
 //! ```text
 //!   60 h, at most L/5               h: usual distance of an output's readings, L: length of the recording
@@ -8,13 +8,13 @@
 //!   Mₒ = Σ_rest jᵀj/σ²              over the nₒ readings of output o that count
 //! ```
 //!
-//! 60 readings average white noise to an eighth of itself. That is enough of what readings show at once. Where the
-//! model's time constants are long beside 60 readings, or a state grows, start values that fit the beginning may
-//! be far off later, and so they may where noise is correlated: F⁻¹ Q F⁻¹ is their covariance then (F⁻¹ for white
-//! noise, as Q is F), and tr(F⁻¹ Q F⁻¹ Mₒ)/nₒ is by how much their uncertainty adds to the mean square of the errors
-//! that count, in units of the noise. The beginning is doubled until that is at most a tenth.
+//! 60 readings reduce white noise to an eighth. That suffices for states that readings show immediately. If the model's
+//! time constants are long compared with 60 readings, or a state grows, start values that fit the burn-in may be far
+//! off later, and likewise if noise is correlated: their covariance is then F⁻¹ Q F⁻¹ (F⁻¹ for white noise, where Q is
+//! F), and tr(F⁻¹ Q F⁻¹ Mₒ)/nₒ is the contribution of their uncertainty to the mean square of the errors that count, in
+//! units of the noise. The burn-in is doubled until that is at most a tenth.
 //!
-//! Readings, lengths and ratios only: units of time, names and the sizes of states are of no account.
+//! The rule uses only readings, lengths and ratios, and does not depend on units of time, names or the sizes of states.
 
 use dgd_runtime::{Direction, Signature};
 use nalgebra::{DMatrix, DVector};
@@ -23,44 +23,45 @@ use super::noise::Noise;
 use super::{OutputErrorProblem, fit_starts};
 use crate::recording::{Derivatives, Recording, outputs_of};
 
-/// Readings of each output that start values are estimated from.
+/// Readings of each output for estimating start values.
 const READINGS: f64 = 60.0;
 
-/// At most this share of a recording, where that tells the start values …
+/// Limit on the burn-in as a share of the recording, if that determines the start values …
 const SHARE: f64 = 0.2;
 
-/// … and at most this, where it takes more.
+/// … and otherwise.
 const LARGEST_SHARE: f64 = 0.5;
 
-/// What uncertain start values may add to the mean square of the errors that count, over the noise's.
+/// Acceptable contribution of uncertain start values to the mean square of the errors that count, in units of the
+/// noise.
 const NEGLIGIBLE: f64 = 0.1;
 
-/// Times that are that close, of a spacing, are one: rounding.
+/// Times this close, relative to the spacing, are equal up to rounding error.
 const ROUNDING: f64 = 1e-6;
 
-/// How the noise of an output is correlated: two readings by `share` e^(−Δt/`memory`).
+/// Autocorrelation of an output's noise: `share` e^(−Δt/`memory`) between two readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseCorrelation {
     /// The correlated part's share of the noise's variance.
     pub share: f64,
-    /// The time after which its correlation is 1/e, s.
+    /// Time after which its correlation is 1/e, s.
     pub memory: f64,
 }
 
 impl NoiseCorrelation {
-    /// That of white noise.
+    /// White noise.
     pub const NONE: NoiseCorrelation = NoiseCorrelation { share: 0.0, memory: 1.0 };
 }
 
-/// Where each recording of a problem begins to count in its errors, s: start values are estimated from what is
-/// before ([`fit_starts`]).
+/// The time at which each recording of a problem begins to count, s: start values are estimated from the samples before
+/// it ([`fit_starts`]).
 ///
-/// The module states the rule; `noise` says for each output how its noise is correlated. Minus infinity for a model
-/// without a state. Recordings that cannot be simulated begin to count after 60 readings.
+/// The module documentation states the rule; `noise` has the autocorrelation of each output's noise. Minus infinity for
+/// a model without states. Recordings that cannot be simulated begin to count after 60 readings.
 ///
 /// # Panics
 ///
-/// When `noise` is not one for each output.
+/// If `noise` does not have one element for each output.
 pub fn counts_from(problem: &OutputErrorProblem<'_>, noise: &[NoiseCorrelation]) -> Vec<f64> {
     assert_eq!(noise.len(), problem.noise.len(), "a correlation for each output");
     let signature = problem.system.signature();
@@ -71,7 +72,7 @@ pub fn counts_from(problem: &OutputErrorProblem<'_>, noise: &[NoiseCorrelation])
     recordings.map(|recording| of_recording(problem, recording, noise)).collect()
 }
 
-/// Whether what is at one time depends on what was.
+/// Whether the solution at one time depends on earlier times.
 fn moves(signature: &Signature) -> bool {
     let mut mass = vec![0.0; signature.unknowns.len()];
     signature.write_mass(&mut mass);
@@ -109,7 +110,7 @@ fn of_recording(
         .unwrap_or(least)
 }
 
-/// When an output has been read often enough; `None` where it is hardly read at all.
+/// The time at which an output has enough readings; `None` if it has hardly any.
 fn enough_readings(times: &[f64], samples: &[f64]) -> Option<f64> {
     let read = times.iter().zip(samples).filter(|(_, value)| value.is_finite());
     let read: Vec<f64> = read.map(|(t, _)| *t).collect();
@@ -123,14 +124,14 @@ fn enough_readings(times: &[f64], samples: &[f64]) -> Option<f64> {
     Some(read.first()? + (READINGS - ROUNDING) * usual)
 }
 
-/// The first sample from a time on.
+/// Position of the first sample at or after a time.
 fn sample_from(recording: &Recording, t: f64) -> f64 {
     let k = recording.times.partition_point(|sample| *sample < t);
     recording.times.get(k).or(recording.times.last()).copied().unwrap_or(t)
 }
 
-/// What uncertain start values add to the mean square of later errors of any output, for each beginning.
-/// `None` where no start value is free or the recording cannot be simulated.
+/// The contribution of uncertain start values to the mean square of later errors of any output, for each burn-in.
+/// `None` if no start value is free or the recording cannot be simulated.
 fn uncertainties(
     problem: &OutputErrorProblem<'_>,
     recording: &Recording,
@@ -147,9 +148,9 @@ fn uncertainties(
         return None;
     }
     let alone = std::slice::from_ref(recording);
-    let own = OutputErrorProblem { recordings: alone, ..problem.clone() };
-    let start = fit_starts(&own, &beginnings[..1]).ok()?.pop()?;
-    let found =
+    let single = OutputErrorProblem { recordings: alone, ..problem.clone() };
+    let start = fit_starts(&single, &beginnings[..1]).ok()?.pop()?;
+    let fitted =
         outputs_of(*system, recording, problem.p, &start, options, Derivatives::Yes).ok()?;
     let n = columns.len();
     let n_w = recording.measured.len();
@@ -162,7 +163,7 @@ fn uncertainties(
             else {
                 continue;
             };
-            let derivatives = columns.iter().map(|j| found.dw(k)[j * n_w + output] / sigma);
+            let derivatives = columns.iter().map(|j| fitted.dw(k)[j * n_w + output] / sigma);
             let row = DVector::from_iterator(n, derivatives);
             if !samples[k].is_finite() || !row.iter().all(|x| x.is_finite()) {
                 continue;
@@ -175,13 +176,13 @@ fn uncertainties(
     Some((1..=beginnings.len()).map(|split| added(&parts[..split], &parts[split..])).collect())
 }
 
-/// The readings of an output between two beginnings.
+/// The readings of an output between two ends of burn-ins.
 #[derive(Debug, Clone)]
 struct Part {
     readings: usize,
     /// Σ jᵀj/σ².
     known: DMatrix<f64>,
-    /// Σ ρ(Δt) jᵀj'/σ² over these readings, each with itself and all that are earlier.
+    /// Σ ρ(Δt) jᵀj'/σ² over pairs of these readings with themselves and all earlier ones.
     correlated: DMatrix<f64>,
 }
 
@@ -200,7 +201,7 @@ impl Part {
     }
 }
 
-/// Σ e^(−Δt/memory) j/σ over the readings of an output until some time.
+/// Σ e^(−Δt/memory) j/σ over the readings of an output up to some time.
 #[derive(Debug, Clone)]
 struct Earlier {
     sum: DVector<f64>,
@@ -208,7 +209,7 @@ struct Earlier {
 }
 
 impl Earlier {
-    /// Adds a reading; returns what the earlier ones are by then.
+    /// Adds a reading; returns the sum over the earlier ones at its time.
     fn take(&mut self, t: f64, row: &DVector<f64>, memory: f64) -> DVector<f64> {
         let before = &self.sum * ((self.until - t) / memory).exp();
         self.sum = &before + row;
@@ -217,7 +218,7 @@ impl Earlier {
     }
 }
 
-/// tr(F⁻¹ Q F⁻¹ Mₒ)/nₒ of the output where it is largest.
+/// tr(F⁻¹ Q F⁻¹ Mₒ)/nₒ of the output with the largest value.
 fn added(beginning: &[Vec<Part>], rest: &[Vec<Part>]) -> f64 {
     let n = rest[0][0].known.nrows();
     let sum = |parts: &[Vec<Part>], of: fn(&Part) -> &DMatrix<f64>| {
@@ -226,15 +227,16 @@ fn added(beginning: &[Vec<Part>], rest: &[Vec<Part>]) -> f64 {
     let known = sum(beginning, |part| &part.known);
     let correlated = sum(beginning, |part| &part.correlated);
     let later = sum(rest, |part| &part.known);
-    // In units in which each start value is known alike from all readings; what none depends on takes no part.
+    // In units in which all readings determine each start value equally well; start values without influence are
+    // excluded.
     let scale: Vec<f64> = (0..n)
         .map(|i| {
-            let all = known[(i, i)] + later[(i, i)];
-            if all > 0.0 { 1.0 / all.sqrt() } else { 0.0 }
+            let total = known[(i, i)] + later[(i, i)];
+            if total > 0.0 { 1.0 / total.sqrt() } else { 0.0 }
         })
         .collect();
     let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| m[(i, j)] * scale[i] * scale[j]);
-    // A value that only rounding determines is not known.
+    // A value that is only determined by rounding errors is not known.
     let rounding = DMatrix::identity(n, n) * 1e-12;
     let Some(known) = (scaled(&known) + &rounding).cholesky() else { return f64::INFINITY };
     let covariance = known.solve(&known.solve(&(scaled(&correlated) + rounding)).transpose());

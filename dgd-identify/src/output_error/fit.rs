@@ -1,4 +1,4 @@
-//! What a fit found.
+//! The result of a fit.
 
 use dgd_runtime::Options;
 use dgd_runtime::signature::Distribution;
@@ -16,37 +16,37 @@ use crate::recording::{Misfit, Sums};
 use crate::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
 use crate::variables::Variables;
 
-/// Estimated parameters and start values, and how well they are known.
+/// Estimated parameters and start values, with their uncertainty.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// All parameters, SI.
     pub p: Vec<f64>,
     /// Start values that replace the model's, for each recording.
     pub starts: Vec<Starts>,
-    /// What was estimated: parameters, then the start values of each recording.
+    /// The estimates: parameters, then the start values of each recording.
     pub estimates: Vec<Estimate>,
-    /// Changes of the estimates that no output sees.
+    /// Changes of the estimates that affect no output.
     pub undetermined: Vec<Undetermined>,
-    /// σ of each output as the fit weighted it, SI; `None` where an output was not fitted. Where samples have σ of
-    /// their own, the root of their mean square.
+    /// σ of each output as weighted by the fit, SI; `None` if an output was not fitted. If samples have individual σ,
+    /// the root of their mean square.
     pub noise: Vec<Option<f64>>,
-    /// What errors were taken by.
+    /// Loss function.
     pub loss: Loss,
-    /// Σ ρ(e/σ), priors included: Σ (e/σ)² where the loss is squares. Of outputs that count by their likelihood what
-    /// depends on residuals.
+    /// Σ ρ(e/σ), including priors: Σ (e/σ)² for squares. For outputs that contribute by their likelihood, the terms
+    /// that depend on residuals.
     pub cost: f64,
     /// Samples that count, of all fitted outputs.
     pub samples: usize,
-    /// Those of them, by output, that weigh less than half under a loss that is not squares.
+    /// Downweighted samples by output, those with less than half the weight under a loss other than squares.
     pub light_samples: Vec<usize>,
-    /// Those of them that the search direction knows nothing of.
+    /// Samples without sensitivities, which the search direction ignores.
     pub samples_without_sensitivity: usize,
     /// Samples and priors less estimates that are not at a bound.
     pub degrees_of_freedom: usize,
-    /// −2 ln of the likelihood: Σ n ln(2πσ²) + Σ ρ(e/σ), with estimated σ where it is least, √(Σ e²/n). Comparable
-    /// between fits to the same samples by the same loss, whatever their noise.
+    /// −2 ln of the likelihood: Σ n ln(2πσ²) + Σ ρ(e/σ), with estimated σ at its minimum, √(Σ e²/n). Comparable between
+    /// fits to the same samples with the same loss, whatever their noise.
     pub deviance: f64,
-    /// Simulated against measured, by recording and output, those that are not fitted too.
+    /// Simulated against measured, by recording and output, including outputs that are not fitted.
     pub misfits: Vec<Vec<Misfit>>,
     /// Accepted steps.
     pub iterations: usize,
@@ -54,33 +54,34 @@ pub struct Fit {
     pub evaluations: usize,
     /// Trials that could not be simulated.
     pub failures: usize,
-    /// Why the last of them could not.
+    /// The reason why the last of them could not.
     pub last_failure: Option<TrialFailed>,
-    /// How its simulations stepped.
+    /// The steps of its simulations.
     pub stepping: Stepping,
-    /// With which options: tolerances are tighter than those of the problem where the search had stalled with them.
+    /// Options of its simulations: tolerances are tighter than those of the problem if the search had stalled with
+    /// these.
     pub options: Options,
     /// Why the fit ended.
     pub termination: Termination,
-    /// Information criteria; `None` under a loss other than squares, whose value is not a likelihood, and with priors,
-    /// which hold parameters only in part.
+    /// Information criteria; `None` for a loss other than squares, whose value is not a likelihood, and with priors,
+    /// which constrain parameters only partially.
     pub criteria: Option<Criteria>,
-    /// Whether readings of some output have Student's distribution, whose squares do not add up.
+    /// Whether readings of some output have Student's distribution, so that squares do not measure the misfit.
     has_tails: bool,
     uncertainty: Uncertainty,
     slopes: Vec<f64>,
 }
 
-/// What a model's fit is worth beside that of another model to the same samples: the less the better.
+/// Criteria for comparing models fitted to the same samples: the lower the better.
 ///
-/// With D the deviance, n samples, and k estimates that are not at a bound, estimated levels of noise among them:
+/// With D the deviance, n samples, and k estimates that are not at a bound, including estimated noise levels:
 ///
 /// Akaike, IEEE TAC 19 (1974) 716; Hurvich, Tsai, Biometrika 76 (1989) 297; Schwarz, Ann. Stat. 6 (1978) 461.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Criteria {
     /// D + 2 k.
     pub aic: f64,
-    /// The same, corrected for few samples: D + 2 k n/(n − k − 1); `None` where n ≤ k + 1.
+    /// AIC corrected for small samples: D + 2 k n/(n − k − 1); `None` if n ≤ k + 1.
     pub aicc: Option<f64>,
     /// D + k ln n.
     pub bic: f64,
@@ -98,52 +99,53 @@ impl Criteria {
 }
 
 impl Fit {
-    /// How its simulations were made, watched as with these options.
+    /// Options of its simulations, with the cancellation of these options.
     pub(crate) fn simulated(&self, options: &Options) -> Options {
         Options { watched: options.watched, ..self.options }
     }
 
-    /// What changes of an estimate are compared with, SI: of a parameter with `log` its value, of all others the
-    /// size of what they stand for. Above zero.
+    /// Scale of changes of an estimate, SI: its value for a parameter with `log`, otherwise the size of the quantity.
+    /// Positive.
     pub(crate) fn size(&self, i: usize) -> f64 {
         self.slopes[i].abs()
     }
 
-    /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
+    /// Covariance of two estimates, SI; `None` if one of them is at a bound or not determined.
     pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
         Some(self.uncertainty.covariance(i, j)? * self.slopes[i] * self.slopes[j])
     }
 
-    /// The same over the combinations that outputs see, where single estimates may be undetermined; 0 for
-    /// those at a bound.
+    /// Covariance over the combinations that outputs determine, where single estimates may be undetermined; 0 at a
+    /// bound.
     pub(crate) fn seen_covariance(&self, i: usize, j: usize) -> f64 {
         self.uncertainty.seen[(i, j)] * self.slopes[i] * self.slopes[j]
     }
 
-    /// What an error of an output, SI, weighs under the loss: 1 for squares and for what is not fitted.
+    /// The weight of an error of an output, SI, under the loss: 1 for squares and for outputs that are not fitted.
     pub fn weight(&self, output: usize, e: f64) -> f64 {
         self.noise[output].map_or(1.0, |sigma| self.loss.at(e / sigma).weight)
     }
 
-    /// What a rise of Σ ρ along an estimate is worth as a rise of −2 ln of its likelihood; 1 for squares.
+    /// The rise of −2 ln of the likelihood that corresponds to a rise of Σ ρ along an estimate, as a factor; 1 for
+    /// squares.
     ///
-    /// Σ ρ rises by (θ − θ̂)²/(H⁻¹)ᵢᵢ, and θ̂ scatters by (H⁻¹ G H⁻¹)ᵢᵢ.
+    /// Σ ρ rises by (θ − θ̂)²/(H⁻¹)ᵢᵢ, and the variance of θ̂ is (H⁻¹ G H⁻¹)ᵢᵢ.
     pub(crate) fn worth(&self, i: usize) -> f64 {
         self.uncertainty.worth[i]
     }
 
-    /// Says no more how sure the estimates are: where the noise is not known, neither is that.
+    /// Drops the standard errors: if the noise is unknown, so are these.
     pub fn forget_uncertainty(&mut self) {
         self.uncertainty.forget(&mut self.estimates);
     }
 
     /// Correlation of the errors of two estimates.
     pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
-        let of = |i, j| self.uncertainty.covariance(i, j);
-        Some(of(i, j)? / (of(i, i)? * of(j, j)?).sqrt())
+        let covariance = |i, j| self.uncertainty.covariance(i, j);
+        Some(covariance(i, j)? / (covariance(i, i)? * covariance(j, j)?).sqrt())
     }
 
-    /// Pairs of estimates whose errors are correlated by more than `least`.
+    /// Pairs of estimates whose errors have a correlation above `least`.
     pub fn correlated(&self, least: f64) -> Vec<Correlated> {
         let n = self.estimates.len();
         let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
@@ -155,8 +157,8 @@ impl Fit {
             .collect()
     }
 
-    /// Σ (e/σ)² per degree of freedom: 1 where the model is true and the noise known; `None` without
-    /// degrees of freedom, under a loss that is not squares, and with readings of Student's distribution.
+    /// Reduced χ²: 1 if the model is true and the noise known; `None` without degrees of freedom, under a loss other
+    /// than squares, and for readings with Student's distribution.
     pub fn reduced_chi_square(&self) -> Option<f64> {
         let is_squares = self.loss == Loss::Squares && !self.has_tails;
         let is_known = self.degrees_of_freedom > 0 && is_squares;
@@ -164,7 +166,7 @@ impl Fit {
     }
 }
 
-/// What several minimisations did together.
+/// Totals over several minimisations.
 #[derive(Default)]
 pub(crate) struct Total {
     pub iterations: usize,
@@ -177,7 +179,7 @@ pub(crate) struct Total {
 }
 
 impl Total {
-    /// Counts it in, and hands on where it ended.
+    /// Adds a minimisation, and returns its end point.
     pub(crate) fn add<T>(&mut self, minimum: Minimum<T, TrialFailed>) -> (Vec<f64>, T) {
         self.iterations += minimum.iterations;
         self.evaluations += minimum.evaluations;
@@ -201,13 +203,13 @@ pub(crate) fn finish(
     let signature = problem.system.signature();
     let bounds: Vec<_> =
         variables.all.iter().zip(z).map(|(variable, z)| variable.bound(*z)).collect();
-    let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
+    let is_fixed: Vec<bool> = bounds.iter().map(Option::is_some).collect();
     let cutoff = unseen(problem.options.rtol);
     let uncertainty = if problem.loss == Loss::Squares {
-        Uncertainty::new(&information(problem, variables, z, at), &held, cutoff)
+        Uncertainty::new(&information(problem, variables, z, at), &is_fixed, cutoff)
     } else {
         let (h, g) = curvature_and_influence(problem, variables, z, sigma, at);
-        Uncertainty::new(&h, &held, cutoff).with_influence(&g)
+        Uncertainty::new(&h, &is_fixed, cutoff).with_influence(&g)
     };
     let slopes: Vec<f64> =
         variables.all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
@@ -223,8 +225,8 @@ pub(crate) fn finish(
         .collect();
 
     let fitted = || {
-        let all = at.sums.iter().flat_map(|of_recording| of_recording.iter().zip(sigma));
-        all.filter_map(|(sums, sigma)| Some((sums, (*sigma)?)))
+        let weighted_sums = at.sums.iter().flat_map(|of_recording| of_recording.iter().zip(sigma));
+        weighted_sums.filter_map(|(sums, sigma)| Some((sums, (*sigma)?)))
     };
     let samples: usize = fitted().map(|(sums, _)| sums.samples).sum();
     let logarithms: f64 = fitted()
@@ -235,7 +237,7 @@ pub(crate) fn finish(
         let robust = at.sums.iter().filter_map(|of_recording| of_recording[i].robust.as_ref());
         robust.map(|sums| sums.light).sum()
     };
-    let free = held.iter().filter(|held| !**held).count();
+    let free = is_fixed.iter().filter(|held| !**held).count();
     let deviance = logarithms + at.normal.cost + to_most_likely(problem, at, sigma);
     let has_tails = problem.noise.iter().any(|noise| {
         let Some(Noise::Density(density)) = noise else { return false };
@@ -275,14 +277,14 @@ pub(crate) fn finish(
     }
 }
 
-/// What −2 ln of the likelihood changes by where estimated noise becomes the most likely one, √(Σ e²/n): σ of a fit is
-/// larger by its degrees of freedom. Nothing under a loss other than squares, which is no likelihood.
+/// The change of −2 ln of the likelihood when estimated noise is replaced by the maximum likelihood one, √(Σ e²/n): σ
+/// of a fit is larger by its degrees of freedom. Zero for a loss other than squares, which is not a likelihood.
 fn to_most_likely(problem: &OutputErrorProblem<'_>, at: &Weighted, sigma: &[Option<f64>]) -> f64 {
     let least = least_noise(problem);
-    let of = |i: usize| {
-        let all = at.sums.iter().map(|of_recording| &of_recording[i]);
+    let change = |i: usize| {
+        let sums = at.sums.iter().map(|of_recording| &of_recording[i]);
         let (samples, squares) =
-            all.fold((0.0, 0.0), |(n, sum), one| (n + one.samples as f64, sum + one.squares));
+            sums.fold((0.0, 0.0), |(n, sum), one| (n + one.samples as f64, sum + one.squares));
         let (Some(sigma), true) = (sigma[i], samples > 0.0) else { return 0.0 };
         let likely = f64::sqrt(squares / samples).max(least[i]);
         let weights = 1.0 / (likely * likely) - 1.0 / (sigma * sigma);
@@ -290,10 +292,10 @@ fn to_most_likely(problem: &OutputErrorProblem<'_>, at: &Weighted, sigma: &[Opti
     };
     let is_estimated = |i: &usize| problem.noise[*i] == Some(Noise::Estimated);
     let outputs = (0..sigma.len()).filter(is_estimated);
-    if problem.loss == Loss::Squares { outputs.map(of).sum() } else { 0.0 }
+    if problem.loss == Loss::Squares { outputs.map(change).sum() } else { 0.0 }
 }
 
-/// The root of the mean variance of an output's readings, where they count by their likelihood.
+/// The root of the mean variance of an output's readings, if they contribute by their likelihood.
 fn noise_of(sums: &[Vec<Sums>], output: usize) -> Option<f64> {
     let of_output = || sums.iter().map(|of_recording| &of_recording[output]);
     let likely = of_output().filter_map(|sums| sums.likelihood.as_ref());
@@ -303,8 +305,8 @@ fn noise_of(sums: &[Vec<Sums>], output: usize) -> Option<f64> {
     is_known.then(|| (variances.iter().sum::<f64>() / samples as f64).sqrt())
 }
 
-/// Eigenvalues of JᵀJ below this part of the largest are not told from zero: sensitivities are
-/// known to some ten times the tolerance, and enter in squares.
+/// Eigenvalues of JᵀJ below this fraction of the largest count as zero: sensitivities are accurate to about ten times
+/// the tolerance, and enter squared.
 pub(crate) fn unseen(rtol: f64) -> f64 {
     (10.0 * rtol).powi(2).max(1e-13)
 }

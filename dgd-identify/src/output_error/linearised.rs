@@ -1,14 +1,13 @@
-//! A recording simulated by a linear model close to an operating point, instead of the model itself.
+//! Simulates a recording by a linear model near an operating point, instead of the model itself.
 //!
 //! ```text
 //!   δẋ = r + A δx + B δu,    w = w₀ + C δx + D δu       δx = x − x₀(θ),  δu = u − u₀
-//!   x(0) is that of the model: start values are what they are
+//!   x(0) is that of the model: start values are not linearised
 //! ```
 //!
-//! Between samples inputs are straight lines, for which the solution is exact ([`Responses`]); so are
-//! the derivatives to θ, those of A, B, C, D and of the point included ([`Parametric`]). What arrives
-//! late by a time that is itself free jumps at a time that moves: at a jump Δv of u(t − τ) the
-//! derivative of x jumps by −B Δv dτ/dθ.
+//! Between samples inputs are linear, so the solution is exact ([`Responses`]); so are the derivatives with respect to
+//! θ, including those of A, B, C, D and of the point ([`Parametric`]). An input with a free delay jumps at a time that
+//! moves: at a jump Δv of u(t − τ) the derivative of x jumps by −B Δv dτ/dθ.
 
 use dgd_runtime::for_identify::{
     LateTimes, Matrices, Parametric, Responses, delay_sensitivities, verify_inputs, verify_request,
@@ -26,10 +25,10 @@ use crate::error::{TrialFailed, TrialFailure};
 use crate::output_error::{Evaluation, OutputErrorProblem, Starts, evaluate};
 use crate::recording::{Derivatives, Recording};
 
-/// Times are rounded to this part of them, and so are the lengths of steps between them.
+/// Relative rounding error of times, and so of the lengths of steps between them.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Outputs at the sample times of a recording by the linear model at `at`.
+/// Outputs at the sample times of a recording, by the linear model at `at`.
 pub(crate) fn outputs_of(
     problem: &ModelProblem<'_>,
     recording: &Recording,
@@ -54,9 +53,9 @@ pub(crate) fn outputs_of(
     let late = LateTimes::new(problem, times).map_err(NotLinearised::Run)?;
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
     let inputs = inputs.map_err(NotLinearised::Run)?;
-    let all = late.as_ref().map_or(times, |late| &late.all);
+    let wanted = late.as_ref().map_or(times, |late| &late.all);
     let mut run = Run::new(problem, &model, &inputs, start);
-    let mut solution = run.to(all, Solution::empty(signature, n_s));
+    let mut solution = run.to(wanted, Solution::empty(signature, n_s));
     if let Some(late) = &late {
         solution = late.split(times, solution);
     }
@@ -64,7 +63,7 @@ pub(crate) fn outputs_of(
     Ok(observations)
 }
 
-/// Where the run starts.
+/// The initial state of a run.
 struct Start {
     x: DVector<f64>,
     /// ∂x/∂θ, by direction.
@@ -87,9 +86,9 @@ impl Start {
         let inputs = inputs.map_err(NotLinearised::Run)?;
         let mut u = vec![0.0; inputs.len()];
         inputs.value(t, Side::Right, &mut u);
-        let at = Point { t, y: &[], u: &u, p: problem.p, z: &start.z };
+        let point = Point { t, y: &[], u: &u, p: problem.p, z: &start.z };
         let mut mass = vec![0.0; n];
-        system.mass(at, &mut mass);
+        system.mass(point, &mut mass);
         let other = (0..n).find(|i| (mass[*i] != 0.0) != model.states.contains(i));
         if let Some(i) = other {
             let unknown = signature.unknowns.name(i).to_string();
@@ -100,22 +99,22 @@ impl Start {
         };
         let mut s = vec![0.0; n * n_s];
         if n_s > 0 {
-            problem.start_sensitivities(at, &mut s);
+            problem.start_sensitivities(point, &mut s);
         }
         let s = (0..n_s).map(|j| of_states(&s[j * n..(j + 1) * n])).collect();
         Ok(Self { x: of_states(&start.y), s })
     }
 }
 
-/// A linear simulation under way: δx, and dδx/dθ by direction.
+/// A linear simulation in progress: δx, and dδx/dθ by direction.
 struct Run<'a> {
     problem: &'a ModelProblem<'a>,
     model: &'a Matrices,
-    /// By direction.
+    /// Derivatives of the matrices, by direction.
     slopes: &'a [Option<Matrices>],
     responses: Responses<'a>,
     inputs: &'a Inputs,
-    /// ∂τ/∂θ of each late input, by direction and then by late input.
+    /// ∂τ/∂θ of each delayed input, by direction and then by delayed input.
     dtau: Vec<Vec<f64>>,
     x: DVector<f64>,
     s: Vec<DVector<f64>>,
@@ -154,7 +153,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// δx and its derivatives at these times, in place of a solution's unknowns.
+    /// δx and its derivatives at these times, instead of a solution's unknowns.
     fn to(&mut self, times: &[f64], mut solution: Solution) -> Solution {
         solution.n = self.x.len();
         solution.n_z = 0;
@@ -179,27 +178,27 @@ impl<'a> Run<'a> {
         solution
     }
 
-    /// Goes on to `until` along one segment of the inputs.
+    /// Advances to `until` along one segment of the inputs.
     fn advance(&mut self, segment: usize, t: f64, until: f64) {
         if until <= t {
             return;
         }
         let segment = self.inputs.segment(segment);
-        let at = self.driven(segment, t);
+        let driven = self.driven(segment, t);
         let udot = DVector::from_column_slice(segment.udot);
         let rounding = ROUNDING * t.abs().max(until.abs());
         // δẋ = A δx + b₀ + b₁ (t − t₀)
-        let b_0 = &self.model.rates + &self.model.b * &at.u;
+        let b_0 = &self.model.rates + &self.model.b * &driven.u;
         let b_1 = &self.model.b * &udot;
         let response = self.responses.of(until - t, rounding);
         let of_slopes = &mut response.slopes.iter();
         let value = &response.value;
-        for ((s, slopes), moved) in self.s.iter_mut().zip(self.slopes).zip(&at.moved) {
+        for ((s, slopes), moved) in self.s.iter_mut().zip(self.slopes).zip(&driven.moved) {
             let mut next = &value.phi * &*s;
-            // What of b₀ is due to the inputs alone.
+            // The part of b₀ that is due to the inputs alone.
             let mut db_0 = &self.model.b * moved;
             if let Some(slopes) = slopes {
-                db_0 += &slopes.rates + &slopes.b * &at.u;
+                db_0 += &slopes.rates + &slopes.b * &driven.u;
                 next += &value.gamma_1 * (&slopes.b * &udot);
                 if let Some(response) = of_slopes.next() {
                     next += &response.phi * &self.x;
@@ -213,7 +212,7 @@ impl<'a> Run<'a> {
         self.x = &value.phi * &self.x + &value.gamma_0 * b_0 + &value.gamma_1 * b_1;
     }
 
-    /// Enters a segment, whose start moves with the delays of what jumps there.
+    /// Enters a segment, whose start moves with the delays of inputs that jump there.
     fn jump(&mut self, segment: usize, t: f64) {
         let signature = self.problem.system.signature();
         let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
@@ -233,7 +232,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// δu, and what it moves by with θ.
+    /// δu, and its derivatives with respect to θ.
     fn driven(&self, segment: Segment<'_>, t: f64) -> Driven {
         let signature = self.problem.system.signature();
         let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
@@ -253,7 +252,7 @@ impl<'a> Run<'a> {
         Driven { u: DVector::from_vec(u) - &self.model.u, moved }
     }
 
-    /// Outputs of a solution, those that are read late too.
+    /// Outputs of a solution, including delayed ones.
     fn observe(&self, solution: &Solution, observations: &mut Observations) {
         for (k, &t) in solution.times.iter().enumerate() {
             let segment = self.inputs.segment_at(t, solution.side(k));
@@ -276,16 +275,16 @@ impl<'a> Run<'a> {
         let columns = self.slopes.iter().zip(&driven.moved).enumerate();
         let dw = columns.map(|(j, (slopes, moved))| {
             let s = DVector::from_column_slice(&s[j * x.len()..(j + 1) * x.len()]);
-            let own = c * s + d * moved;
+            let slope = c * s + d * moved;
             match slopes {
-                Some(slopes) => own + &slopes.w + &slopes.c * &x + &slopes.d * &driven.u,
-                None => own,
+                Some(slopes) => slope + &slopes.w + &slopes.c * &x + &slopes.d * &driven.u,
+                None => slope,
             }
         });
         (value, dw.collect())
     }
 
-    /// Replaces what outputs with one delay were at t by what they were at t − τ.
+    /// Replaces outputs with one delay by their values at t − τ.
     fn read_late(&self, solution: &Solution, late: &LateValues, observations: &mut Observations) {
         let signature = self.problem.system.signature();
         let (n, n_w, n_s) = (solution.n, observations.n_w, observations.n_s);
@@ -300,7 +299,7 @@ impl<'a> Run<'a> {
             let driven = self.driven(segment, read);
             let x = &late.y[k * n..(k + 1) * n];
             let (w, dw) = self.outputs(x, &late.s[k * n * n_s..(k + 1) * n * n_s], &driven);
-            // Beyond the run, values rest.
+            // Outside of the run, values are constant.
             let inside = read == solution.times[k] - late.tau;
             let wdot = inside.then(|| {
                 let xdot = rates + a * DVector::from_column_slice(x) + b * &driven.u;
@@ -325,18 +324,18 @@ struct Driven {
     moved: Vec<DVector<f64>>,
 }
 
-/// What the model itself makes of the estimates of its linear one.
+/// The nonlinear model with the estimates of its linearisation.
 #[derive(Debug, Clone)]
 pub struct Nonlinear {
-    /// Its outputs, and how far they are from what was measured.
+    /// Its outputs and errors.
     pub evaluation: Evaluation,
     /// The operating point of each recording.
     pub points: Vec<Option<OperatingPoint>>,
-    /// For each recording, where its run first is in another mode than its operating point.
+    /// For each recording, the first time at which its run is in another mode than its operating point.
     pub departures: Vec<Option<Departure>>,
 }
 
-/// A run has left the mode of its operating point.
+/// A departure of a run from the mode of its operating point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Departure {
     /// When, s.
@@ -349,18 +348,18 @@ pub struct Departure {
     pub in_run: Text,
 }
 
-/// The operating points of recordings; `None` for one without samples, or that is the model's own.
+/// The operating points of recordings; `None` for a recording without samples, or simulated by the model itself.
 ///
 /// # Errors
 ///
-/// [`TrialFailed`]: the first recording that has none.
+/// [`TrialFailed`]: the first recording without an operating point.
 pub fn operating_points(
     problem: &OutputErrorProblem<'_>,
     p: &[f64],
     starts: &[Starts],
 ) -> Result<Vec<Option<OperatingPoint>>, TrialFailed> {
     let recordings = problem.recordings.iter().zip(starts).enumerate();
-    let all = recordings.map(|(r, (recording, start))| {
+    let points = recordings.map(|(r, (recording, start))| {
         let (Some(at), Some(&from)) = (&recording.linear, recording.times.first()) else {
             return Ok(None);
         };
@@ -372,10 +371,10 @@ pub fn operating_points(
         };
         at.point(&run, from, &problem.options).map(Some).map_err(failed)
     });
-    all.collect()
+    points.collect()
 }
 
-/// Simulates recordings by the model itself, with the estimates of its linear one.
+/// Simulates recordings by the nonlinear model, with the estimates of its linearisation.
 ///
 /// # Errors
 ///
@@ -406,7 +405,7 @@ pub fn nonlinear(
     Ok(Nonlinear { evaluation, points, departures: departures.collect::<Result<_, _>>()? })
 }
 
-/// Where a run is first in another mode than the point; a `when` that acts counts as one.
+/// The first departure of a run from the modes of the point; a `when` that acts counts as one.
 fn departure(
     problem: &ModelProblem<'_>,
     times: &[f64],
@@ -449,7 +448,7 @@ fn departure(
         })
     };
     let by_sample = (0..solution.len()).find_map(differs);
-    // An event before the first sample that differs says more exactly when.
+    // An event before the first differing sample gives the time more exactly.
     Ok(match (by_event, by_sample) {
         (Some(event), Some(sample)) if sample.t < event.t => Some(sample),
         (Some(event), _) => Some(event),
@@ -457,8 +456,8 @@ fn departure(
     })
 }
 
-/// Start values from which a point is looked for. A steady state is looked for from the same ones in all
-/// trials, so that of several it stays one.
+/// Start values for the search of a point. The search of a steady state uses the same ones in all trials, so that it
+/// always finds the same one of several.
 fn guess<'a>(
     recording: &'a Recording,
     at: &LinearAt,

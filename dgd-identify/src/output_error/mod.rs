@@ -1,17 +1,15 @@
 //! Fits by simulation error.
 //!
-//! Every recording is simulated from its start, with nothing corrected on the way; what the
-//! simulated outputs differ from the measured ones by is made small in the weighted least-squares
-//! sense, by [`minimise`] with the model's sensitivities.
+//! Every recording is simulated from its start, without corrections on the way; the errors of the simulated outputs are
+//! minimised in the weighted least-squares sense, by [`minimise`] with the model's sensitivities.
 //!
-//! Samples without a measurement are left out. Where sensitivities are undefined
-//! ([`UndefinedSensitivity`](dgd_runtime::UndefinedSensitivity)) the samples stay in the cost, so that
-//! no trial is accepted that fits them worse, and have no part in the search direction or the
-//! covariance: leaving them out of the cost would reward parameters that lose sensitivities early.
-//! [`Fit::samples_without_sensitivity`] counts them.
+//! Samples without a measurement are left out. Samples whose sensitivities are undefined
+//! ([`UndefinedSensitivity`](dgd_runtime::UndefinedSensitivity)) remain in the cost, so that no trial is accepted that
+//! fits them worse, but have no part in the search direction or the covariance: leaving them out of the cost would
+//! favour parameters that lose sensitivities early. [`Fit::samples_without_sensitivity`] counts them.
 //!
-//! The normal matrix has the shape of an arrow, one block shared by all recordings and one for
-//! each. Recordings are summed in their order, whatever thread simulated them.
+//! The normal matrix has an arrow structure, with one block shared by all recordings and one for each. Recordings are
+//! summed in order, whichever threads simulated them.
 
 pub(crate) mod beginning;
 pub(crate) mod fit;
@@ -43,20 +41,20 @@ use crate::progress::{Of, Progress, Unwatched, Watch};
 use crate::recording::{Derivatives, Misfit, Recording, Sums, SumsOf, outputs_of, sums};
 use crate::variables::{Variable, Variables};
 
-/// Most fits with re-estimated noise.
+/// Limit on fits with re-estimated noise.
 const MOST_ROUNDS: usize = 10;
 
-/// Noise that changes by less than this part is stable. It follows estimates in second order, so that a
-/// round or two get there, and a fit that starts where one ended ends there.
+/// Noise that changes by less than this fraction is stable. It depends on the estimates to second order, so a round or
+/// two suffice, and a fit that starts at the end of another one ends there.
 const STABLE: f64 = 1e-6;
 
-/// [`OutputErrorProblem::negligible_reduction`], if nothing else is asked for.
+/// Default of [`OutputErrorProblem::negligible_reduction`].
 pub(crate) const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
 
-/// The same where no step helps any more: a hundredth of a standard deviation is not called a stall.
+/// Negligible reduction if no step helps: a hundredth of a standard deviation is not reported as a stall.
 const NEAR_ENOUGH: f64 = 1e-4;
 
-/// The same where the cost is exact: 1e-9 of a standard deviation.
+/// Negligible reduction if the cost is exact: 1e-9 of a standard deviation.
 const EXACT_REDUCTION: f64 = 1e-18;
 
 /// A few units in the last place.
@@ -65,48 +63,48 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Start values by position of the unknown, SI.
 pub type Starts = Vec<(usize, f64)>;
 
-/// What to fit to what.
+/// A fit problem.
 #[derive(Debug, Clone)]
 pub struct OutputErrorProblem<'a> {
-    /// The model; its directions are what can be free.
+    /// The model; its directions are the possible free quantities.
     pub system: &'a dyn Model,
-    /// All parameters, SI: values of those that are not free, first guesses of the others.
+    /// All parameters, SI: values of fixed ones, first guesses of free ones.
     pub p: &'a [f64],
     /// Which of the directions are free.
     pub free: Vec<bool>,
-    /// What was recorded.
+    /// The recordings.
     pub recordings: &'a [Recording],
-    /// For each output of the model, its noise; `None` for one that is not to be fitted.
+    /// For each output of the model, its noise; `None` if it is not fitted.
     pub noise: Vec<Option<Noise>>,
-    /// What is known beforehand.
+    /// The priors.
     pub priors: Vec<Prior>,
-    /// What errors are taken by.
+    /// Loss function.
     pub loss: Loss,
-    /// How to integrate.
+    /// Integrator options.
     pub options: Options,
-    /// When to stop.
+    /// The stopping rule.
     pub stopping: StoppingRule,
-    /// A promised reduction of Σ (e/σ)² below this part of its mean per degree of freedom ends a fit, too:
-    /// the estimates are then within its root of their standard deviations from the minimum, those being
-    /// of residuals of the size that is left.
+    /// A predicted reduction of Σ (e/σ)² below this fraction of its mean per degree of freedom also ends a fit: the
+    /// distance from the minimum is then at most its root in standard deviations of the estimates, based on the current
+    /// residuals.
     pub negligible_reduction: f64,
-    /// How many recordings are simulated at a time. Results do not depend on it.
+    /// Number of recordings simulated in parallel. Results do not depend on it.
     pub threads: usize,
-    /// Who looks on, and may stop it.
+    /// Progress and cancellation.
     pub watch: &'a dyn Watch,
-    /// Where simulations of fits, profiles and refits are kept, and a digest of the model.
+    /// A journal for simulations of fits, profiles and refits, and a digest of the model.
     pub keeping: Keeping<'a>,
 }
 
 impl<'a> OutputErrorProblem<'a> {
-    /// The same with simulations that nobody stops: those that a result needs, where there is one.
+    /// The problem without cancellation, for simulations that the result of a cancelled fit needs.
     #[must_use]
     pub fn unwatched(&self) -> Self {
         let options = Options { watched: None, ..self.options };
         OutputErrorProblem { options, ..self.clone() }
     }
 
-    /// The same with the tolerances that a fit of it ended with.
+    /// The problem with the final tolerances of its fit.
     #[must_use]
     pub fn as_fitted(&self, fit: &Fit) -> Self {
         let Options { rtol, atol, .. } = fit.options;
@@ -136,9 +134,8 @@ impl<'a> OutputErrorProblem<'a> {
 
 /// Estimates the free parameters and start values.
 ///
-/// A parameter outside of its bounds starts at the nearer one. A minimum that was not reached is no
-/// error: [`Fit::termination`] says so. A fit that its watch stops gives the best so far, weighted with
-/// the noise as it was taken for then.
+/// A parameter outside of its bounds starts at the nearer one. A minimum that was not reached is not an error:
+/// [`Fit::termination`] reports it. A cancelled fit returns the best result so far, weighted with the current noise.
 ///
 /// # Errors
 ///
@@ -159,19 +156,26 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
         return Err(EstimateError::TooFewSamples { samples, free: variables.len() });
     }
 
-    let of = problem.keeping.digest(|digest| {
+    let digest_of_problem = problem.keeping.digest(|digest| {
         digest.of(&"simulations of a fit").of(&problem.p).of(&problem.free).of(&problem.recordings)
     });
     let mut total = Total::default();
     let problem = &readings::with_tolerance(problem, &variables, &z, &mut total);
-    z = readings::closer(problem, &variables, z, data, of, &mut total)?;
+    z = readings::closer(problem, &variables, z, data, digest_of_problem, &mut total)?;
     let mut accuracy = Accuracy::first(problem, &variables, &z)?;
     let mut last: Option<(Accuracy, Ended)> = None;
     let (accuracy, Ended { z, at, sigma }) = loop {
         let stepped = OutputErrorProblem { options: accuracy.applied(), ..problem.clone() };
-        let ended = match estimate_by_loss(&stepped, &variables, z.clone(), data, of, &mut total) {
+        let ended = match estimate_by_loss(
+            &stepped,
+            &variables,
+            z.clone(),
+            data,
+            digest_of_problem,
+            &mut total,
+        ) {
             Ok(ended) => ended,
-            // What was found less accurately is kept.
+            // The less accurate result is kept.
             Err(error) => break last.ok_or(error)?,
         };
         let next = accuracy.next(&problem.unwatched(), &variables, &ended.z, total.termination)?;
@@ -183,15 +187,14 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
     Ok(finish(&stepped, &variables, &z, &at, &sigma, accuracy.stepping, total))
 }
 
-/// Where an estimation ended.
+/// The end of an estimation.
 struct Ended {
     z: Vec<f64>,
     at: Weighted,
     sigma: Vec<Option<f64>>,
 }
 
-/// Estimates with given steps from z on, by way of Huber's loss where that of the problem forgets what is
-/// far away.
+/// Estimates with given steps from z on, via Huber's loss if that of the problem ignores remote outliers.
 fn estimate_by_loss(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -211,11 +214,11 @@ fn estimate_by_loss(
     let Ended { z, sigma, .. } = ended;
     let noise = sigma.iter().map(|sigma| sigma.map(Noise::Known)).collect();
     let known = OutputErrorProblem { noise, ..problem.clone() };
-    // Where the search was stopped, this one is stopped before its second simulation.
+    // If the search was cancelled, this one ends before its second simulation.
     estimate(&known, variables, z, data, of, total)
 }
 
-/// Estimates with given steps and σ from z on. Simulations are kept under digests that begin with `of`.
+/// Estimates with given steps and σ from z on. Simulations are stored under digests that begin with `of`.
 fn estimate(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -226,7 +229,7 @@ fn estimate(
 ) -> Result<Ended, EstimateError> {
     let is_squares = problem.loss == Loss::Squares;
     let patient = problem.unwatched();
-    // Before the first simulation there is nothing that could be kept.
+    // Before the first simulation nothing can be in the journal.
     let is_first = total.beforehand + total.evaluations == 0;
     let beginning = if is_first { problem } else { &patient };
     let of_problem = |problem: &OutputErrorProblem<'_>, z: &[f64], sigma: &[Option<f64>]| {
@@ -247,7 +250,7 @@ fn estimate(
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
     let reach = variables.reach();
     let freedom = (data - variables.len()).max(1) as f64;
-    // Without unknowns nothing is integrated, and the cost is exact to rounding.
+    // Without unknowns nothing is integrated, and the cost is exact up to rounding error.
     let is_exact = problem.system.signature().unknowns.is_empty();
     let reduction = if is_exact {
         EXACT_REDUCTION
@@ -256,7 +259,7 @@ fn estimate(
     };
     total.evaluations += 1;
     let first = of_problem(beginning, &z, &sigma).map_err(EstimateError::Start)?;
-    let mut at = weigh(problem, variables, &z, &sigma, first);
+    let mut weighted = weigh(problem, variables, &z, &sigma, first);
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
         let flat = unseen(problem.options.rtol).max(problem.stopping.flat);
@@ -275,20 +278,20 @@ fn estimate(
         };
         let region = Region { bounds: &bounds, reach: &reach, leading: variables.n_shared };
         let mut done = total.evaluations;
-        let minimum = minimise_watched(z, at, region, &rule, problem.watch, |z| {
+        let minimum = minimise_watched(z, weighted, region, &rule, problem.watch, |z| {
             let sums = simulated(z, &sigma);
             done += 1;
-            let of = Of::AtMost(problem.stopping.evaluations);
-            problem.watch.advanced(Progress { what: "simulations", done, of });
+            let limit = Of::AtMost(problem.stopping.evaluations);
+            problem.watch.advanced(Progress { what: "simulations", done, of: limit });
             Ok(weigh(problem, variables, z, &sigma, sums?))
         });
         let termination = minimum.termination;
-        (z, at) = total.add(minimum);
-        // An estimate at a bound takes no degree of freedom.
+        (z, weighted) = total.add(minimum);
+        // An estimate at a bound uses no degree of freedom.
         let left = data.saturating_sub(variables.unheld(&z)).max(1);
         let spread = (data as f64 / left as f64).sqrt();
         let next = if is_squares {
-            estimated_noise(problem, &at.sums, &sigma, &least, spread)
+            estimated_noise(problem, &weighted.sums, &sigma, &least, spread)
         } else {
             noise_of_medians(&patient, variables, &z, &least, spread)
                 .map_err(EstimateError::Start)?
@@ -302,21 +305,21 @@ fn estimate(
         }
         sigma = next;
         let sums = if is_squares {
-            at.sums
+            weighted.sums
         } else {
             total.evaluations += 1;
             of_problem(&patient, &z, &sigma).map_err(EstimateError::Start)?
         };
-        at = weigh(problem, variables, &z, &sigma, sums);
+        weighted = weigh(problem, variables, &z, &sigma, sums);
     }
-    Ok(Ended { z, at, sigma })
+    Ok(Ended { z, at: weighted, sigma })
 }
 
 /// Start values of each recording from its samples before a time, at the parameters of the problem.
 ///
-/// Those that are not free, and what the samples do not determine, stay as they are; so do all where
-/// there are too few samples. For validation recordings: what was used here should not count in their errors
-/// ([`Recording::counts_from`]), and [`counts_from`](super::counts_from) says how much it takes.
+/// Those that are not free, or not determined by the samples, stay as they are; so do all if there are too few samples.
+/// This is for validation recordings: the samples used here should not count in their errors
+/// ([`Recording::counts_from`]), and [`counts_from`](super::counts_from) gives their number.
 ///
 /// # Errors
 ///
@@ -353,12 +356,12 @@ pub fn fit_starts(
     Ok(starts)
 }
 
-/// Simulated outputs, and how far they are from what was measured.
+/// Simulated outputs, and their errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
     /// Outputs at the sample times of each recording.
     pub observations: Vec<Observations>,
-    /// Simulated against measured, by recording and output, those that are not fitted too.
+    /// Simulated against measured, by recording and output, including outputs that are not fitted.
     pub misfits: Vec<Vec<Misfit>>,
     /// Σ (e/σ)² over outputs whose noise is known, without priors.
     pub cost: f64,
@@ -372,7 +375,7 @@ pub struct Evaluation {
 ///
 /// # Panics
 ///
-/// When lengths are not those of the model's signature, or `starts` is not one for each recording.
+/// If lengths do not match the model's signature, or `starts` does not have one element for each recording.
 pub fn evaluate(
     problem: &OutputErrorProblem<'_>,
     p: &[f64],
@@ -386,8 +389,8 @@ pub fn evaluate(
         outputs_of(system, recording, p, &starts[r], options, Derivatives::No).and_then(
             |observations| {
                 let counting = vec![Counting::Squares; names.len()];
-                let of = SumsOf { columns: &[], counting: &counting };
-                let sums = sums(recording, &observations, of, |i| names[i].clone())?;
+                let sums_of = SumsOf { columns: &[], counting: &counting };
+                let sums = sums(recording, &observations, sums_of, |i| names[i].clone())?;
                 Ok((observations, sums))
             },
         )
@@ -423,7 +426,7 @@ fn verify(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {
     verify_readings(problem)
 }
 
-/// Verifies that readings can be what the noise of their outputs says.
+/// Checks readings against the noise of their outputs.
 fn verify_readings(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {
     let outputs = problem.system.signature().outputs.iter().zip(&problem.noise).enumerate();
     let used = outputs.filter_map(|(i, (output, noise))| Some((i, &output.name, (*noise)?)));
@@ -464,8 +467,8 @@ fn samples(problem: &OutputErrorProblem<'_>) -> usize {
     problem.recordings.iter().map(of_recording).sum()
 }
 
-/// To what part of itself a sum of squares is known where its errors are exact to rounding: that of a reading beside
-/// errors of the size σ.
+/// Relative accuracy of a sum of squares whose errors are exact up to rounding: the rounding error of a reading
+/// relative to errors of the size σ.
 fn rounding(problem: &OutputErrorProblem<'_>, sigma: &[Option<f64>]) -> f64 {
     let of_output = |(i, sigma): (usize, &Option<f64>)| {
         let readings = problem.recordings.iter().flat_map(|recording| recording.counted(i));
@@ -476,7 +479,7 @@ fn rounding(problem: &OutputErrorProblem<'_>, sigma: &[Option<f64>]) -> f64 {
     ROUNDING * largest
 }
 
-/// The least noise of each output that is worth telling from none.
+/// The smallest significant noise of each output.
 pub(crate) fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {
     let outputs = problem.system.signature().outputs.iter().enumerate();
     let rtol = problem.options.rtol;
@@ -485,20 +488,20 @@ pub(crate) fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {
         .collect()
 }
 
-/// σ to begin with; `None` for what is not fitted.
+/// Initial σ; `None` for outputs that are not fitted.
 fn first_noise(problem: &OutputErrorProblem<'_>, least: &[f64]) -> Vec<Option<f64>> {
-    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+    let first_sigma = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
-        // What counts by its likelihood has its σ within the sums.
+        // Likelihood contributions include σ in the sums.
         Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
         Noise::Estimated => {
             Some(noise::scatter(problem.recordings, i).unwrap_or(0.0).max(least[i]))
         }
     };
-    problem.noise.iter().enumerate().map(of).collect()
+    problem.noise.iter().enumerate().map(first_sigma).collect()
 }
 
-/// σ from the median of the errors' sizes, where it is to be estimated: outliers hardly move it.
+/// σ from the median absolute error, if it is to be estimated: robust to outliers.
 fn noise_of_medians(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -516,9 +519,9 @@ fn noise_of_medians(
     } else {
         Vec::new()
     };
-    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+    let sigma_of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
-        // What counts by its likelihood has its σ within the sums.
+        // Likelihood contributions include σ in the sums.
         Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
         Noise::Estimated => {
             let recordings = problem.recordings.iter().zip(&observations);
@@ -529,10 +532,10 @@ fn noise_of_medians(
                 .map(|sigma| sigma.max(least[i]))
         }
     };
-    Ok(problem.noise.iter().enumerate().map(of).collect())
+    Ok(problem.noise.iter().enumerate().map(sigma_of).collect())
 }
 
-/// σ from the residuals, where it is to be estimated.
+/// σ from the residuals, if it is to be estimated.
 fn estimated_noise(
     problem: &OutputErrorProblem<'_>,
     sums: &[Vec<Sums>],
@@ -540,13 +543,13 @@ fn estimated_noise(
     least: &[f64],
     spread: f64,
 ) -> Vec<Option<f64>> {
-    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+    let sigma_of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
-        // What counts by its likelihood has its σ within the sums.
+        // Likelihood contributions include σ in the sums.
         Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
         Noise::Estimated => {
             noise::of_residuals(sums, i, spread).map(|next| next.max(least[i])).or(sigma[i])
         }
     };
-    problem.noise.iter().enumerate().map(of).collect()
+    problem.noise.iter().enumerate().map(sigma_of).collect()
 }

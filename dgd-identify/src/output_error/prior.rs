@@ -1,30 +1,30 @@
-//! What is known of parameters beforehand, as a part of −2 ln of the posterior density.
+//! Priors of parameters, as terms of −2 ln of the posterior density.
 //!
 //! A prior is the density of a linear combination q = Σ wᵢ pᵢ; that of one parameter has one weight, 1.
 //!
-//! | | D(q) = −2 ln of the density, without its factor | ½ D′ | in the place of ½ D″ |
+//! | | D(q) = −2 ln of the density, without its factor | ½ D′ | replacement of ½ D″ |
 //! |---|---|---|---|
 //! | normal | r², r = (q − m)/s | r/s | 1/s² |
 //! | log-normal | r² + 2 ln q, r = ln(q/m)/s | (r/s + 1)/q | 1/(s q)² |
 //! | Laplace's | 2 \|q − m\|/b | ±1/b | 1/(b \|q − m\|) for a step, 1/b² for a covariance |
 //! | gamma | 2 q/b − 2 (k − 1) ln q | 1/b − (k − 1)/q | (k − 1)/q² |
 //!
-//! With cᵢ = wᵢ ∂pᵢ/∂zᵢ of the variables zᵢ, the gradient is ½ D′ c and the curvature ½ D″ c cᵀ. Parameters that are
-//! held are in q alone.
+//! With cᵢ = wᵢ ∂pᵢ/∂zᵢ for the variables zᵢ, the gradient is ½ D′ c and the curvature ½ D″ c cᵀ. Fixed parameters only
+//! enter q.
 //!
-//! The estimate is where the density of the parameters themselves is largest, whatever scale they are searched on. A
-//! uniform prior is bounds. At the kink of Laplace's density steps are those of reweighted squares: they end
-//! at it, or leave it.
+//! The estimate maximises the density of the parameters themselves, whatever scale they are searched on. A uniform
+//! prior is given by bounds. At the kink of Laplace's density steps are those of reweighted squares: they end at it, or
+//! leave it.
 
 use dgd_runtime::signature::{PriorDensity, Signature};
 use nalgebra::{DMatrix, DVector};
 
 use crate::variables::Variables;
 
-/// Nearer to its median than this part of the scale, Laplace's density is at its kink.
+/// Within this fraction of the scale around its median, Laplace's density is at its kink.
 const AT_KINK: f64 = 1e-9;
 
-/// What is known beforehand of a linear combination of parameters.
+/// The prior of a linear combination of parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prior {
     /// Positions of its parameters, each once, and their weights.
@@ -33,36 +33,36 @@ pub struct Prior {
     pub density: PriorDensity,
 }
 
-/// What a prior adds at a point, by the variables of its parameters.
+/// The contribution of a prior at a point, in terms of the variables of its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PriorTerm {
-    /// Squares.
+    /// Squared residuals.
     pub cost: f64,
-    /// All the rest.
+    /// The other terms.
     pub logarithm: f64,
-    /// Positions of the variables, and what the combination changes by with each; of a normal one in parts of its
-    /// standard deviation.
+    /// Positions of the variables, and derivatives of the combination with respect to each; relative to the standard
+    /// deviation for a normal prior.
     slopes: Vec<(usize, f64)>,
-    /// Half the derivative of both.
+    /// Half the derivative of the sum of both.
     by_combination: f64,
-    /// What makes steps.
+    /// Curvature for steps.
     curvature: f64,
-    /// What is known of the combination.
+    /// Information about the combination.
     information: f64,
 }
 
 impl Prior {
-    /// That of one parameter, SI.
+    /// The prior of one parameter, SI.
     pub fn of(parameter: usize, density: PriorDensity) -> Self {
         Self { weights: vec![(parameter, 1.0)], density }
     }
 
-    /// A normal one of one parameter, SI.
+    /// A normal prior of one parameter, SI.
     pub fn normal(parameter: usize, mean: f64, std: f64) -> Self {
         Self::of(parameter, PriorDensity::Normal { mean, std })
     }
 
-    /// Mean and standard deviation of a normal one.
+    /// Mean and standard deviation of a normal prior.
     pub fn as_normal(&self) -> Option<(f64, f64)> {
         match self.density {
             PriorDensity::Normal { mean, std } => Some((mean, std)),
@@ -70,7 +70,7 @@ impl Prior {
         }
     }
 
-    /// The parameter that it is of, where it is of no other.
+    /// Its parameter, if it has only one.
     pub(crate) fn parameter(&self) -> Option<usize> {
         match self.weights[..] {
             [(parameter, 1.0)] => Some(parameter),
@@ -78,29 +78,29 @@ impl Prior {
         }
     }
 
-    /// The combination at these parameters.
+    /// The value of the combination.
     pub fn value(&self, p: &[f64]) -> f64 {
         self.weights.iter().map(|(i, weight)| weight * p[*i]).sum()
     }
 
-    /// What the combination changes by with a parameter.
+    /// The derivative of the combination with respect to a parameter.
     pub fn weight(&self, parameter: usize) -> f64 {
-        let own = self.weights.iter().filter(|(i, _)| *i == parameter);
-        own.map(|(_, weight)| *weight).sum()
+        let own_weights = self.weights.iter().filter(|(i, _)| *i == parameter);
+        own_weights.map(|(_, weight)| *weight).sum()
     }
 
-    /// Whether it says anything where these parameters are free.
+    /// Whether it contains a free parameter.
     pub fn concerns(&self, is_free: impl Fn(usize) -> bool) -> bool {
         self.weights.iter().any(|(i, _)| is_free(*i))
     }
 
-    /// What messages call its parameters.
+    /// The names of its parameters in messages.
     pub fn names(&self, signature: &Signature) -> String {
         let name = |(i, _): &(usize, f64)| format!("`{}`", signature.parameters[*i].name);
         self.weights.iter().map(name).collect::<Vec<_>>().join(", ")
     }
 
-    /// At the parameters p, whose variables have the values z; `None` where none of its own is free.
+    /// At the parameters p, whose variables have the values z; `None` if none of its parameters is free.
     pub(crate) fn term(&self, variables: &Variables, p: &[f64], z: &[f64]) -> Option<PriorTerm> {
         let slopes: Vec<(usize, f64)> = self
             .weights
@@ -113,7 +113,7 @@ impl Prior {
         (!slopes.is_empty()).then(|| self.along(self.value(p), slopes))
     }
 
-    /// At a value of the combination.
+    /// The term at a value of the combination.
     fn along(&self, q: f64, mut slopes: Vec<(usize, f64)>) -> PriorTerm {
         let [cost, logarithm, by_combination, curvature, information] = match self.density {
             PriorDensity::Normal { mean, std } => {
@@ -139,7 +139,7 @@ impl Prior {
             PriorDensity::Gamma { shape, scale } => {
                 let above = shape - 1.0;
                 let known = above / (q * q);
-                // At shape 1 the logarithm has no part, at q = 0 neither.
+                // At shape 1 the logarithm is absent, even at q = 0.
                 let logarithm = if above == 0.0 { 0.0 } else { 2.0 * above * q.ln() };
                 [0.0, 2.0 * q / scale - logarithm, 1.0 / scale - above / q, known, known]
             }
@@ -156,17 +156,17 @@ impl PriorTerm {
         }
     }
 
-    /// Adds what makes steps.
+    /// Adds the curvature for steps.
     pub(crate) fn add_curvature(&self, h: &mut DMatrix<f64>) {
         self.add(h, |squares| squares * self.curvature);
     }
 
-    /// Adds what is known of the variables.
+    /// Adds the information about the variables.
     pub(crate) fn add_information(&self, h: &mut DMatrix<f64>) {
         self.add(h, |squares| squares * self.information);
     }
 
-    /// Puts what is known of the variables in the place of what makes steps.
+    /// Replaces the curvature for steps by the information.
     pub(crate) fn put_information(&self, h: &mut DMatrix<f64>) {
         if self.information != self.curvature {
             self.add(h, |squares| squares * self.information - squares * self.curvature);

@@ -1,18 +1,18 @@
-//! What a search begins with from the readings alone: how exact its simulations have to be, and a point from which the
-//! likelihood of noise that grows with the output leads to its minimum.
+//! Preparations of a search from the readings alone: the accuracy of its simulations, and a starting point from which
+//! the likelihood of noise that grows with the output converges to its minimum.
 //!
 //! ```text
 //!   atol ≤ max(rtol |y|, σ(y)/100)/Σ |∂w/∂x| size(x)     over all readings y
 //! ```
 //!
-//! σ(y) is the noise of the reading: declared, recorded, or that of the formula with the shape that it has in the first run
-//! ([`Shape`]); where σ grows with the output, the outputs of that run count as readings, too: σ of one that is lost in the
-//! tolerance may be below zero. So the tolerance is fixed once for all simulations of a fit, and a species that falls
-//! through decades is followed as far down as it was read. It is never looser than that of the problem.
+//! σ(y) is the noise of the reading: declared, recorded, or from the formula with its shape in the first run
+//! ([`Shape`]); if σ grows with the output, the outputs of that run count as readings, too: σ of an output that is lost
+//! in the tolerance may be negative. So the tolerance is fixed once for all simulations of a fit, and a species that
+//! falls through decades is resolved as far down as it was measured. It is never looser than that of the problem.
 //!
-//! Where σ grows with the output, the search goes first to the minimum of the likelihood in the scale in which noise is
-//! even, with the shape of σ where it starts, and again with the shape there, as long as −2 ln of the likelihood itself
-//! falls. What follows from there is the search by the likelihood itself.
+//! If σ grows with the output, the search first minimises the likelihood in the scale in which noise is uniform, with
+//! the shape of σ at the starting point, and repeats this with the updated shape as long as −2 ln of the likelihood
+//! itself decreases. Then it continues with the likelihood itself.
 
 use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::signature::{Density, Distribution};
@@ -30,13 +30,13 @@ use crate::output_error::Evaluation;
 use crate::recording::Recording;
 use crate::variables::Variables;
 
-/// What an error of a simulation may be of the noise of a reading.
+/// Largest simulation error, relative to the noise of a reading.
 const OF_NOISE: f64 = 0.01;
 
-/// Most searches in a scale in which noise is even.
+/// Limit on searches in a scale in which noise is uniform.
 const MOST_SHAPES: usize = 3;
 
-/// What the first search leaves to gain, as [`OutputErrorProblem::negligible_reduction`]: a tenth of a standard deviation.
+/// [`OutputErrorProblem::negligible_reduction`] of the first search: a tenth of a standard deviation.
 const NEARBY: f64 = 1e-2;
 
 /// A point of the search, simulated without derivatives.
@@ -46,7 +46,7 @@ struct At<'p, 'a> {
 }
 
 impl<'p, 'a> At<'p, 'a> {
-    /// `None` where it cannot be simulated.
+    /// `None` if it cannot be simulated.
     fn new(
         problem: &'p OutputErrorProblem<'a>,
         variables: &Variables,
@@ -57,13 +57,13 @@ impl<'p, 'a> At<'p, 'a> {
         let recordings = problem.recordings.iter().enumerate();
         let starts: Vec<Starts> =
             recordings.map(|(r, recording)| variables.starts(r, &recording.start, z)).collect();
-        // Where this is stopped, the search is, too.
-        let found = evaluate(problem, &p, &starts).ok()?;
+        // If this is cancelled, so is the search.
+        let evaluation = evaluate(problem, &p, &starts).ok()?;
         total.beforehand += 1;
-        Some(Self { problem, found })
+        Some(Self { problem, found: evaluation })
     }
 
-    /// Of the counted samples of an output: the reading, and all outputs.
+    /// For the counted samples of an output: the reading, and all outputs.
     fn samples(&self, output: usize) -> impl Iterator<Item = (f64, &[f64])> + '_ {
         let recordings = self.problem.recordings.iter().zip(&self.found.observations);
         recordings.flat_map(move |(recording, observations)| {
@@ -71,7 +71,7 @@ impl<'p, 'a> At<'p, 'a> {
         })
     }
 
-    /// How the noise of an output grows with it, where it does.
+    /// The growth of an output's noise with the output, if any.
     fn shape(&self, output: usize) -> Option<Shape> {
         let Some(Noise::Density(density)) = self.problem.noise[output] else { return None };
         if density.distribution == Distribution::LogNormal {
@@ -82,18 +82,18 @@ impl<'p, 'a> At<'p, 'a> {
         Shape::of(&pairs.collect::<Vec<_>>(), &measured)
     }
 
-    /// −2 ln of the likelihood of the outputs whose readings have a σ of their own; `None` where a reading has none.
+    /// −2 ln of the likelihood of the outputs whose readings have individual σ; `None` if a reading has none.
     fn deviance(&self) -> Option<f64> {
         let mut sum = 0.0;
         for (output, noise) in self.problem.noise.iter().enumerate() {
             let Some(Noise::Density(density)) = noise else { continue };
             for (measured, w) in self.samples(output) {
                 let sigma = w[density.deviation];
-                let seen = Seen { measured, simulated: w[output], sigma };
-                if seen.spoilt(density.distribution).is_some() {
+                let reading = Seen { measured, simulated: w[output], sigma };
+                if reading.spoilt(density.distribution).is_some() {
                     return None;
                 }
-                let term = seen.term(density.distribution);
+                let term = reading.term(density.distribution);
                 sum += term.cost + term.logarithm;
             }
         }
@@ -101,8 +101,8 @@ impl<'p, 'a> At<'p, 'a> {
     }
 }
 
-/// The readings of an output, each with its noise; nothing where that is not known. `at` is there for noise that is
-/// computed; where that grows with the output, what is `simulated` there comes behind.
+/// The readings of an output, each with its noise; empty if the noise is unknown. `at` is needed for computed noise; if
+/// that grows with the output, the outputs `simulated` there follow.
 fn noise_of_readings(
     problem: &OutputErrorProblem<'_>,
     at: Option<&At<'_, '_>>,
@@ -124,7 +124,7 @@ fn noise_of_readings(
         return problem.recordings.iter().flat_map(of_recording).filter(is_usable).collect();
     };
     let shape = at.shape(output);
-    let of = |(y, w): (f64, &[f64])| {
+    let noise_at = |(y, w): (f64, &[f64])| {
         let sigma = w[density.deviation].abs();
         let sigma = match (density.distribution, shape) {
             (Distribution::LogNormal, _) => sigma * y,
@@ -135,7 +135,7 @@ fn noise_of_readings(
     };
     let simulated = at.samples(output).filter(|_| simulated && shape.is_some());
     let simulated = simulated.map(|(_, w)| (w[output], w[density.deviation].abs()));
-    at.samples(output).map(of).chain(simulated).filter(is_usable).collect()
+    at.samples(output).map(noise_at).chain(simulated).filter(is_usable).collect()
 }
 
 /// Whether the model computes the noise of an output.
@@ -143,7 +143,7 @@ fn is_computed(problem: &OutputErrorProblem<'_>) -> bool {
     problem.noise.iter().any(|noise| matches!(noise, Some(Noise::Density(_))))
 }
 
-/// The problem with the absolute tolerance that its readings need, or one less tight where it cannot be simulated with that.
+/// The problem with the absolute tolerance that its readings need, or a looser one if it cannot be simulated with that.
 pub(super) fn with_tolerance<'a>(
     problem: &OutputErrorProblem<'a>,
     variables: &Variables,
@@ -151,16 +151,17 @@ pub(super) fn with_tolerance<'a>(
     total: &mut Total,
 ) -> OutputErrorProblem<'a> {
     let Some(reaches) = reaches(problem, variables, z) else { return problem.clone() };
-    let at = if is_computed(problem) { At::new(problem, variables, z, total) } else { None };
+    let first_run = if is_computed(problem) { At::new(problem, variables, z, total) } else { None };
     let with = |atol: f64| {
         let options = Options { atol: problem.options.atol.min(atol), ..problem.options };
         OutputErrorProblem { options, ..problem.clone() }
     };
     for simulated in [true, false] {
         let atol = (0..reaches.len()).filter(|output| reaches[*output] > 0.0).map(|output| {
-            let all = noise_of_readings(problem, at.as_ref(), output, simulated).into_iter();
+            let readings =
+                noise_of_readings(problem, first_run.as_ref(), output, simulated).into_iter();
             let least =
-                all.map(|(y, sigma)| (problem.options.rtol * y.abs()).max(OF_NOISE * sigma));
+                readings.map(|(y, sigma)| (problem.options.rtol * y.abs()).max(OF_NOISE * sigma));
             least.fold(f64::INFINITY, f64::min) / reaches[output]
         });
         let atol = atol.filter(|atol| *atol > 0.0).fold(f64::INFINITY, f64::min);
@@ -175,7 +176,7 @@ pub(super) fn with_tolerance<'a>(
     with(f64::INFINITY)
 }
 
-/// Σ |∂w/∂x| size(x) of each output where the first recording starts; `None` for a model without unknowns.
+/// Σ |∂w/∂x| size(x) of each output at the start of the first recording; `None` for a model without unknowns.
 fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -> Option<Vec<f64>> {
     let (system, signature) = (problem.system, problem.system.signature());
     let recording = problem.recordings.first().filter(|_| !signature.unknowns.is_empty())?;
@@ -183,9 +184,9 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
     let p = variables.parameters(problem.p, z);
     let start = variables.starts(0, &recording.start, z);
     let run = Problem { system: &system, p: &p, inputs: &recording.inputs, start: &start };
-    let found = consistent_start(&run, t, &problem.options).ok()?;
-    let mut sizes = vec![0.0; found.y.len()];
-    unknown_sizes(&system, &found.y, &mut sizes);
+    let consistent = consistent_start(&run, t, &problem.options).ok()?;
+    let mut sizes = vec![0.0; consistent.y.len()];
+    unknown_sizes(&system, &consistent.y, &mut sizes);
     // Delayed unknowns follow the inputs in u; sizes hardly depend on them.
     let mut u = vec![0.0; signature.n_u()];
     recording.inputs.value(t, Side::Right, &mut u[..recording.inputs.len()]);
@@ -193,8 +194,8 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
     let [by_y, by_u, by_p] = &signature.output_jacobians;
     let mut dwdy = vec![0.0; by_y.len()];
     let (mut dwdu, mut dwdp) = (vec![0.0; by_u.len()], vec![0.0; by_p.len()]);
-    let at = Point { t, y: &found.y, u: &u, p: &p, z: &found.z };
-    system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut vec![0.0; n_w]);
+    let point = Point { t, y: &consistent.y, u: &u, p: &p, z: &consistent.z };
+    system.output_jacobians(point, &mut dwdy, &mut dwdu, &mut dwdp, &mut vec![0.0; n_w]);
     let mut reaches = vec![0.0; n_w];
     for ((row, column), value) in by_y.positions().zip(&dwdy) {
         reaches[row] += value.abs() * sizes[column];
@@ -202,7 +203,7 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
     Some(reaches)
 }
 
-/// A point that is closer to the minimum of a likelihood whose noise grows with the outputs; z itself where none does.
+/// A point closer to the minimum of a likelihood whose noise grows with the outputs; z itself if none does.
 pub(super) fn closer(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -223,7 +224,7 @@ pub(super) fn closer(
         }
         let even = |(noise, shape): (&Option<Noise>, &Option<Shape>)| match (noise, shape) {
             (Some(Noise::Density(density)), Some(shape)) => {
-                // Far away the slopes of Student's density vanish, and those of the normal one do not.
+                // Far away the slopes of Student's density vanish, but not those of the normal one.
                 let normal = Density { distribution: Distribution::Normal, ..*density };
                 Some(Noise::Stabilised(normal, *shape))
             }
@@ -231,7 +232,7 @@ pub(super) fn closer(
         };
         let noise = problem.noise.iter().zip(&shapes).map(even).collect();
         let mut stopping = problem.stopping;
-        // Half of what is left is for the likelihood itself.
+        // Half of the remaining evaluations are for the likelihood itself.
         let left = stopping.evaluations.saturating_sub(total.evaluations);
         stopping.evaluations = total.evaluations + left / 2;
         let scaled =
@@ -239,8 +240,8 @@ pub(super) fn closer(
         let accuracy = Accuracy::first(&scaled, variables, &z)?;
         let scaled = OutputErrorProblem { options: accuracy.applied(), ..scaled };
         let pairs = shapes.iter().flatten().map(|shape| (shape.floor, shape.slope));
-        let of = of.map(|of| of.of(&("even noise", round)).of(&pairs.collect::<Vec<_>>()));
-        let ended = estimate(&scaled, variables, z.clone(), data, of, total);
+        let digest = of.map(|of| of.of(&("even noise", round)).of(&pairs.collect::<Vec<_>>()));
+        let ended = estimate(&scaled, variables, z.clone(), data, digest, total);
         let Ok(Ended { z: found, .. }) = ended else { break };
         let Some(next) = At::new(problem, variables, &found, total) else { break };
         let Some(deviance) = next.deviance() else { break };

@@ -1,10 +1,10 @@
-//! How the simulations of a fit step.
+//! The step sizes of a fit's simulations.
 //!
-//! With equal steps per sample, cost and gradient of every trial belong to the same steps. Their number
-//! and the method are chosen once, where the fit starts, and kept for all trials. Where the fit has
-//! ended, the errors are measured over all recordings; if they are above the tolerance, the fit goes on
-//! from there with more steps. Where no step of a search helps although the slope says that one should, it goes on
-//! with tighter tolerances: what it compares always has one accuracy.
+//! With equal steps per sample, cost and gradient of all trials are consistent. The number of steps and the method are
+//! chosen once, at the starting point, and kept for all trials. At the end of the fit, the errors are measured over all
+//! recordings; if they exceed the tolerance, the fit continues from there with more steps. If no step of a search helps
+//! although the slope predicts a reduction, it continues with tighter tolerances: costs that are compared always have
+//! the same accuracy.
 
 use std::num::NonZeroU32;
 
@@ -19,19 +19,19 @@ use crate::output_error::OutputErrorProblem;
 use crate::recording::Recording;
 use crate::variables::Variables;
 
-/// More steps per sample than these are no better than adaptive steps.
+/// With more steps per sample than this, adaptive steps are better.
 const MOST: u32 = 8;
 
-/// By how much tolerances are tightened where a search stalls.
+/// Factor by which tolerances are tightened if a search stalls.
 const TIGHTER: f64 = 0.01;
 
-/// And how often.
+/// Limit on the number of times.
 const MOST_TIGHTENED: u32 = 2;
 
-/// No relative tolerance is set below this: rounding is not far.
+/// Lower limit of relative tolerances, which is not far from rounding errors.
 const LEAST_RTOL: f64 = 1e-12;
 
-/// How the simulations of a fit step, and how exactly: the same in all that are compared.
+/// Steps and accuracy of a fit's simulations: the same for all costs that are compared.
 #[derive(Clone, Copy)]
 pub(crate) struct Accuracy {
     pub stepping: Stepping,
@@ -40,7 +40,7 @@ pub(crate) struct Accuracy {
 }
 
 impl Accuracy {
-    /// Of a fit that starts at z.
+    /// For a fit that starts at z.
     pub(crate) fn first(
         problem: &OutputErrorProblem<'_>,
         variables: &Variables,
@@ -55,8 +55,8 @@ impl Accuracy {
         self.stepping.applied(self.options)
     }
 
-    /// With which to go on from z, where a search with this has ended: with more steps where their errors are too
-    /// large, with tighter tolerances where it stalled.
+    /// The accuracy to continue with from z after a search: with more steps if their errors are too large, with tighter
+    /// tolerances if it stalled.
     pub(crate) fn next(
         &self,
         problem: &OutputErrorProblem<'_>,
@@ -64,7 +64,7 @@ impl Accuracy {
         z: &[f64],
         ended: Option<Termination>,
     ) -> Result<Option<Self>, EstimateError> {
-        // From a plain no other steps lead.
+        // On a plateau smaller steps do not help.
         if matches!(ended, Some(Termination::Stopped | Termination::Flat)) {
             return Ok(None);
         }
@@ -88,28 +88,28 @@ impl Accuracy {
     }
 }
 
-/// How the simulations of a fit step.
+/// The steps of a fit's simulations.
 #[derive(Debug, Clone, Copy)]
 pub enum Stepping {
-    /// As long as the error of each allows.
+    /// Adaptive, by error control.
     Adaptive,
-    /// Not at all: linear models have their solution between samples.
+    /// None: linear models have exact solutions between samples.
     Exact,
-    /// Equally, so many per sample and by this method, in all of them.
+    /// A constant number per sample with a fixed method.
     PerSample(PerSampleChoice),
 }
 
 impl Stepping {
-    /// The options with it.
+    /// The options with this stepping.
     pub fn applied(self, options: Options) -> Options {
         match self {
-            // A linear model's operating point may be that of a run.
+            // The operating point of a linear model may come from a run.
             Self::Adaptive | Self::Exact => Options { steps: Steps::Adaptive, ..options },
             Self::PerSample(choice) => choice.applied(options),
         }
     }
 
-    /// How to step in a fit that starts at z.
+    /// The steps for a fit that starts at z.
     pub(crate) fn first(
         problem: &OutputErrorProblem<'_>,
         variables: &Variables,
@@ -118,8 +118,8 @@ impl Stepping {
         let Options { method, steps, .. } = problem.options;
         let linear = |recording: &Recording| recording.linear.is_some();
         if problem.recordings.iter().any(linear) {
-            let all = problem.recordings.iter().all(linear);
-            return Ok(if all { Self::Exact } else { Self::Adaptive });
+            let all_linear = problem.recordings.iter().all(linear);
+            return Ok(if all_linear { Self::Exact } else { Self::Adaptive });
         }
         match steps {
             Steps::Adaptive => Ok(Self::Adaptive),
@@ -134,7 +134,7 @@ impl Stepping {
         }
     }
 
-    /// Equal steps, where the recordings and the model allow them.
+    /// Constant steps, if the recordings and the model are suitable.
     fn suited(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -> Option<Self> {
         let p = variables.parameters(problem.p, z);
         let mut choice = PerSampleChoice { method: problem.options.method, steps: NonZeroU32::MIN };
@@ -153,11 +153,11 @@ impl Stepping {
                 choice = choose_per_sample(&run, &recording.times, &problem.options).ok()?;
             }
         }
-        let found = enough(problem, variables, z, choice).ok()?;
-        found.is_short().then_some(found)
+        let choice_found = enough(problem, variables, z, choice).ok()?;
+        choice_found.is_short().then_some(choice_found)
     }
 
-    /// Whether steps per sample are few.
+    /// Whether there are few steps per sample.
     fn is_short(self) -> bool {
         match self {
             Self::Adaptive | Self::Exact => true,
@@ -165,7 +165,7 @@ impl Stepping {
         }
     }
 
-    /// How to go on from z, where a fit with this has ended, if its errors are too large.
+    /// The steps to continue with from z after a fit, if the errors are too large.
     pub(crate) fn next(
         self,
         problem: &OutputErrorProblem<'_>,
@@ -191,7 +191,7 @@ impl Stepping {
     }
 }
 
-/// As many steps per sample as the beginnings of all recordings need, no fewer than in `choice`.
+/// As many steps per sample as the beginnings of all recordings require, at least those of `choice`.
 fn enough(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -205,7 +205,7 @@ fn enough(
     Ok(Stepping::PerSample(PerSampleChoice { steps, ..choice }))
 }
 
-/// The largest number that the recordings give at z.
+/// The largest number required by the recordings at z.
 fn most(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,

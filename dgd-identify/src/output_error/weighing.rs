@@ -1,4 +1,4 @@
-//! The normal equations of a fit: recordings simulated, weighed and added up.
+//! The normal equations of a fit: simulates recordings, and weights and adds up their contributions.
 
 use dgd_runtime::model::Model;
 use dgd_runtime::parallel::in_parallel_by_model;
@@ -15,7 +15,7 @@ use crate::output_error::prior::PriorTerm;
 use crate::recording::{Misfit, Recording, Sums, SumsOf, simulated_sums};
 use crate::variables::Variables;
 
-/// Sums of all recordings with their weights.
+/// Weighted sums over all recordings.
 pub(crate) struct Weighted {
     pub normal: NormalEquations,
     pub sums: Vec<Vec<Sums>>,
@@ -27,7 +27,7 @@ impl AsRef<NormalEquations> for Weighted {
     }
 }
 
-/// Sums over the samples of all recordings at z, which depend on σ where the loss is not squares.
+/// Sums over the samples of all recordings at z, which depend on σ for a loss other than squares.
 pub(crate) fn simulate_all(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -43,8 +43,8 @@ pub(crate) fn simulate_all(
         let columns = variables.columns(r, z);
         let name = |i: usize| names[i].clone();
         let counting = counting(noise, *loss, sigma, recording);
-        let of = SumsOf { columns: &columns, counting: &counting };
-        simulated_sums(system, recording, &p, &start, options, of, name)
+        let sums_of = SumsOf { columns: &columns, counting: &counting };
+        simulated_sums(system, recording, &p, &start, options, sums_of, name)
     });
     let failed = |(recording, result): (usize, Result<Vec<Sums>, TrialFailure>)| {
         result.map_err(|reason| TrialFailed { recording, reason })
@@ -52,14 +52,14 @@ pub(crate) fn simulate_all(
     results.into_iter().enumerate().map(failed).collect()
 }
 
-/// How the samples of each output of a recording count.
+/// How the samples of each output of a recording contribute.
 fn counting<'r>(
     noise: &[Option<Noise>],
     loss: Loss,
     sigma: &[Option<f64>],
     recording: &'r Recording,
 ) -> Vec<Counting<'r>> {
-    let of = |i: usize| match noise[i] {
+    let counting_of = |i: usize| match noise[i] {
         Some(Noise::Density(density)) => Counting::Density(density),
         Some(Noise::Stabilised(density, shape)) => Counting::Stabilised(density, shape),
         Some(Noise::Recorded) => {
@@ -70,10 +70,10 @@ fn counting<'r>(
             loss.scaled(sigma[i]).map_or(Counting::Squares, Counting::Robust)
         }
     };
-    (0..sigma.len()).map(of).collect()
+    (0..sigma.len()).map(counting_of).collect()
 }
 
-/// Weighs and adds up: recordings in their order, outputs in theirs, then priors.
+/// Weights and adds up contributions: recordings and their outputs in order, then priors.
 pub(crate) fn weigh(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -108,7 +108,7 @@ pub(crate) fn weigh(
     Weighted { normal, sums }
 }
 
-/// Adds what the samples of a recording know of its own variables.
+/// Adds the contribution of a recording's samples to its own variables.
 fn add(
     information: &mut DMatrix<f64>,
     variables: &Variables,
@@ -116,17 +116,17 @@ fn add(
     weight: f64,
     of_recording: &[f64],
 ) {
-    let own = variables.n_shared + variables.n_start;
-    for i in 0..own {
+    let n_own = variables.n_shared + variables.n_start;
+    for i in 0..n_own {
         let row = variables.position(r, i);
         for j in 0..=i {
             let column = variables.position(r, j);
-            information[(row, column)] += weight * of_recording[i * own + j];
+            information[(row, column)] += weight * of_recording[i * n_own + j];
         }
     }
 }
 
-/// H and G of the covariance H⁻¹ G H⁻¹ under a loss that is not squares ([`crate::noise::loss`]).
+/// H and G of the covariance H⁻¹ G H⁻¹ for a loss other than squares ([`crate::noise::loss`]).
 pub(crate) fn curvature_and_influence(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -136,8 +136,8 @@ pub(crate) fn curvature_and_influence(
 ) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = variables.len();
     let (mut h, mut g) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    let all = || at.sums.iter().flatten().filter(|sums| sums.robust.is_some());
-    let samples = all().map(|sums| sums.samples).sum::<usize>();
+    let robust_sums = || at.sums.iter().flatten().filter(|sums| sums.robust.is_some());
+    let samples = robust_sums().map(|sums| sums.samples).sum::<usize>();
     let data = samples + effective_priors(problem, variables);
     let unheld = variables.unheld(z);
     let spread = data as f64 / data.saturating_sub(unheld).max(1) as f64;
@@ -152,7 +152,7 @@ pub(crate) fn curvature_and_influence(
         // var ψ′ of a sample.
         let scatter = (squares - mean * mean) * samples / (samples - 1.0).max(1.0);
         let kappa = 1.0 + unheld as f64 / data as f64 * scatter / (mean * mean);
-        // Where most errors are outliers the sum does not curve upwards, and nothing is known.
+        // If most errors are outliers the sum does not curve upwards, and gives no information.
         let curvature = if mean > 0.0 { mean / kappa } else { 0.0 };
         let influence = robust().map(|(_, sums)| sums.influence).sum::<f64>() / samples * spread;
         for (r, sums) in robust() {
@@ -169,7 +169,7 @@ pub(crate) fn curvature_and_influence(
     (h, g)
 }
 
-/// The information of a fit at z: steps may have been made with another curvature of the priors.
+/// The information of a fit at z: steps may have used another curvature of the priors.
 pub(crate) fn information(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -183,7 +183,7 @@ pub(crate) fn information(
     information
 }
 
-/// What is added at z by each prior with a parameter that is free.
+/// The contribution at z of each prior with a free parameter.
 fn prior_terms(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
@@ -193,7 +193,7 @@ fn prior_terms(
     problem.priors.iter().filter_map(move |prior| prior.term(variables, &p, z))
 }
 
-/// Priors with a parameter that is free.
+/// Priors with a free parameter.
 pub(crate) fn effective_priors(problem: &OutputErrorProblem<'_>, variables: &Variables) -> usize {
     let is_free = |i| variables.parameter(i).is_some();
     problem.priors.iter().filter(|prior| prior.concerns(is_free)).count()
@@ -201,11 +201,11 @@ pub(crate) fn effective_priors(problem: &OutputErrorProblem<'_>, variables: &Var
 
 /// Simulated against measured, by recording and output.
 pub(crate) fn misfits(sums: &[Vec<Sums>]) -> Vec<Vec<Misfit>> {
-    let of = |sums: &Sums| Misfit { samples: sums.samples, squares: sums.squares };
-    sums.iter().map(|of_recording| of_recording.iter().map(of).collect()).collect()
+    let misfit = |sums: &Sums| Misfit { samples: sums.samples, squares: sums.squares };
+    sums.iter().map(|of_recording| of_recording.iter().map(misfit).collect()).collect()
 }
 
-/// For messages.
+/// Names of the outputs, for messages.
 pub(crate) fn output_names(system: &dyn Model) -> Vec<String> {
     system.signature().outputs.iter().map(|output| output.name.to_string()).collect()
 }

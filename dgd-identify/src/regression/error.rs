@@ -1,4 +1,4 @@
-//! Why there is no regression.
+//! Errors of a regression.
 
 use std::fmt;
 
@@ -8,27 +8,26 @@ use dgd_runtime::InputError;
 
 use crate::error::EstimateError;
 
-/// Why there is no regression.
+/// The reason why a regression failed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RegressionError {
     /// No parameter is free.
     NothingFree,
-    /// No sample of an output in use.
+    /// No used output has samples.
     NothingMeasured,
-    /// A prior that is not one more row.
+    /// A prior that cannot be written as a row.
     Prior {
         /// Its parameters, each in quotes.
         of: String,
-        /// Its law.
+        /// Its distribution.
         law: &'static str,
     },
-    /// A parameter that no equation and no measured output in use reads.
+    /// A parameter that no equation and no used output with measurements reads.
     NotRead {
         /// The parameter.
         parameter: String,
     },
-    /// The equations and outputs with a parameter read an unknown that the measured outputs do not
-    /// give.
+    /// The equations and outputs with a parameter read an unknown that the measured outputs do not determine.
     NotReconstructed {
         /// The parameter.
         parameter: String,
@@ -46,28 +45,28 @@ pub enum RegressionError {
         /// Free parameters.
         free: usize,
     },
-    /// Parameters that do not enter linearly, each with an equation or output.
+    /// Parameters that do not enter linearly, each with such an equation or output.
     NotLinear {
-        /// Parameter, and where it is.
+        /// The parameter, and the equation or output.
         parameters: Vec<(String, String)>,
     },
-    /// A model with modes reads an unknown late: modes are followed from sample to sample, without a past.
+    /// A model with modes reads a delayed unknown: modes are followed from sample to sample, without a history.
     ModesAndPast {
         /// The `modes` block, event or state.
         name: String,
         /// The unknown.
         unknown: String,
     },
-    /// The modes at the samples change with the estimates, round after round.
+    /// The modes at the samples keep changing with the estimates.
     ModesDoNotSettle {
-        /// In how many samples they did so in the last round.
+        /// Number of samples with a change in the last round.
         samples: usize,
     },
-    /// A free parameter is in a delay.
+    /// A delay contains a free parameter.
     FreeDelay {
         /// The parameter.
         parameter: String,
-        /// The delay, as the model writes it.
+        /// The delay, in the notation of the model.
         delay: String,
     },
     /// An equation or output has no finite value.
@@ -79,15 +78,15 @@ pub enum RegressionError {
         /// Time of the sample, s.
         t: f64,
     },
-    /// The inputs make no functions of time.
+    /// The inputs are not functions of time.
     Inputs(InputError),
-    /// The search has no start.
+    /// The search has no valid start.
     Variables(EstimateError),
     /// The time constants of the filter are not positive.
     Filter,
-    /// The variance that estimates start with is not positive.
+    /// The initial variance of the estimates is not positive.
     StartVariance,
-    /// The forgetting rate is below zero, or the limit of the variance not positive.
+    /// The forgetting rate is negative, or the limit of the variance is not positive.
     Forgetting,
     /// A recursive regression needs samples over time.
     NotOverTime,
@@ -98,17 +97,17 @@ pub enum RegressionError {
     },
     /// No sample is steady.
     NothingSteady {
-        /// What should be.
+        /// The unknowns that should be.
         unknowns: Vec<Unsteady>,
     },
 }
 
-/// An unknown that should move no faster than a limit.
+/// An unknown whose rate is limited.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unsteady {
     /// Its name.
     pub unknown: String,
-    /// How slowly it moves at least, in its unit per second; infinity where no reading says it.
+    /// Its lowest rate, in its unit per second; infinity if no reading determines it.
     pub slowest: f64,
     /// The limit, in its unit per second.
     pub limit: f64,

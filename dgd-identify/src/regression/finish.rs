@@ -1,4 +1,4 @@
-//! What a regression found, and how sure it is.
+//! The result of a regression, with its uncertainty.
 
 use dgd_runtime::Direction;
 use nalgebra::DMatrix;
@@ -13,10 +13,10 @@ use crate::regression::separable::{Searched, triangle};
 use crate::uncertainty::{Estimate, Uncertainty, Undetermined};
 use crate::variables::Bound;
 
-/// Noise below this part of what a row is about is rounding.
+/// Noise below this fraction of a row's magnitude is rounding error.
 const ROUNDING: f64 = 1e-14;
 
-/// How well an equation or output is fitted at the samples.
+/// The quality of fit of an equation or output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowQuality {
     /// The equation or output.
@@ -25,20 +25,20 @@ pub struct RowQuality {
     pub name: String,
     /// Samples.
     pub samples: usize,
-    /// Mean of the squared differences of what is predicted and its target, SI.
+    /// Mean square of predicted − target, SI.
     pub mean_squared_error: f64,
-    /// 1 − Σ(predicted − target)²/Σ(target − mean)²; `None` where the target is always the same.
+    /// 1 − Σ(predicted − target)²/Σ(target − mean)²; `None` if the target is constant.
     pub r_squared: Option<f64>,
-    /// σ of the residuals as the fit weighted them, SI.
+    /// σ of the residuals as weighted by the fit, SI.
     pub sigma: f64,
-    /// The parameter by which the equation was multiplied to be linear.
+    /// The parameter by which the equation was multiplied to become linear.
     pub multiplied_by: Option<String>,
 }
 
-/// Estimated parameters, and how well they are known.
+/// Estimated parameters, with their uncertainty.
 #[derive(Debug, Clone)]
 pub struct RegressionFit {
-    /// How it was solved.
+    /// The method.
     pub method: RegressionMethod,
     /// All parameters, SI.
     pub p: Vec<f64>,
@@ -46,71 +46,70 @@ pub struct RegressionFit {
     pub estimates: Vec<Estimate>,
     /// Which of them were found by linear least squares.
     pub linear: Vec<bool>,
-    /// What the linear ones would be without bounds, the others as they are, SI; `None` where no bound
-    /// was reached.
+    /// The linear ones without bounds, given the others, SI; `None` if no bound was reached.
     pub unbounded: Option<Vec<f64>>,
-    /// Columns of derivatives that can be told apart.
+    /// Number of linearly independent columns of derivatives.
     pub rank: usize,
-    /// Condition number of the weighted derivatives to all free parameters, columns of length 1.
+    /// Condition number of the weighted derivatives with respect to all free parameters, with columns of length 1.
     pub condition_number: f64,
-    /// Changes of the estimates that no row sees.
+    /// Changes of the estimates that affect no row.
     pub undetermined: Vec<Undetermined>,
-    /// How well equations and outputs are fitted.
+    /// Quality of fit of equations and outputs.
     pub rows: Vec<RowQuality>,
-    /// Σ (residual/σ)², priors included.
+    /// Σ (residual/σ)², including priors.
     pub cost: f64,
     /// Rows of all equations and outputs.
     pub samples: usize,
-    /// Samples that have none.
+    /// Samples without rows.
     pub left_out: RowsLeftOut,
     /// Accepted steps of the outer search.
     pub iterations: usize,
     /// Evaluations of all rows.
     pub evaluations: usize,
-    /// Whether it was stopped before it converged; values are the best so far.
+    /// Whether it was cancelled before it converged; the values are the best so far.
     pub is_stopped: bool,
-    /// Whether a minimum was reached; values are the best that were met otherwise.
+    /// Whether a minimum was reached; otherwise the values are the best found.
     pub is_converged: bool,
-    /// Whether it ended on a plain, where nothing that enters nonlinearly has influence but perhaps at bounds.
+    /// Whether it ended on a plateau, where no nonlinear parameter has influence except perhaps at bounds.
     pub is_flat: bool,
     uncertainty: Uncertainty,
-    /// What changes of the estimates are compared with.
+    /// Scales of changes of the estimates.
     pub(super) sizes: Vec<f64>,
 }
 
 impl RegressionFit {
-    /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
+    /// Covariance of two estimates, SI; `None` if one of them is at a bound or not determined.
     pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
         Some(self.uncertainty.covariance(i, j)? * self.sizes[i] * self.sizes[j])
     }
 
-    /// Says no more how sure the estimates are.
+    /// Drops the standard errors.
     pub fn forget_uncertainty(&mut self) {
         self.uncertainty.forget(&mut self.estimates);
     }
 
     /// Correlation of the errors of two estimates.
     pub fn correlation(&self, i: usize, j: usize) -> Option<f64> {
-        let of = |i, j| self.uncertainty.covariance(i, j);
-        Some(of(i, j)? / (of(i, i)? * of(j, j)?).sqrt())
+        let covariance = |i, j| self.uncertainty.covariance(i, j);
+        Some(covariance(i, j)? / (covariance(i, i)? * covariance(j, j)?).sqrt())
     }
 }
 
-/// Where a round of a fit ended.
+/// The end of a round of a fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Found {
     pub p: Vec<f64>,
-    /// What the linear parameters would be without bounds.
+    /// The linear parameters without bounds.
     pub unbounded: Vec<f64>,
     /// σ of each kind of rows.
     pub sigma: Vec<f64>,
-    /// The least σ worth telling from none.
+    /// The smallest significant σ.
     least: Vec<f64>,
     pub iterations: usize,
     pub evaluations: usize,
-    /// Whether the search of what is not linear reached a minimum.
+    /// Whether the search of nonlinear parameters reached a minimum.
     pub is_converged: bool,
-    /// Whether it ended on a plain.
+    /// Whether it ended on a plateau.
     pub is_flat: bool,
 }
 
@@ -184,7 +183,7 @@ impl Found {
         })
     }
 
-    /// Where a round ended, with what its residuals say of σ.
+    /// The end of a round, with σ estimated from its residuals.
     pub(crate) fn new(
         prepared: &Prepared<'_>,
         rows: &mut Rows<'_>,
@@ -196,7 +195,7 @@ impl Found {
     ) -> Result<Self, RegressionError> {
         let tallies = tallies(rows, &p)?;
         let samples: usize = tallies.iter().map(|tally| tally.samples).sum();
-        // Every kind gives up degrees of freedom in proportion to its rows; what is at a bound takes none.
+        // Every kind loses degrees of freedom in proportion to its rows; parameters at a bound use none.
         let is_unheld = |(i, (low, high)): &(&usize, &(f64, f64))| p[**i] > *low && p[**i] < *high;
         let unheld = prepared.free.iter().zip(bounds).filter(is_unheld).count();
         let left = samples.saturating_sub(unheld).max(1);
@@ -211,7 +210,7 @@ impl Found {
         Ok(Self { p, unbounded, sigma, least, iterations, evaluations, is_converged, is_flat })
     }
 
-    /// Where a fit ended, to go on from with its weights.
+    /// The end of a fit, to continue with its weights.
     pub(crate) fn of(fit: &RegressionFit) -> Self {
         let sigma: Vec<f64> = fit.rows.iter().map(|row| row.sigma).collect();
         Self {
@@ -226,14 +225,14 @@ impl Found {
         }
     }
 
-    /// Whether another round would change nothing: weights are as they were, to a part.
+    /// Whether the weights have changed by less than a fraction, so that another round is unnecessary.
     pub(crate) fn is_stable(&self, last: &Self, part: f64) -> bool {
         let near = |(next, last): (&f64, &f64)| (next / last - 1.0).abs() <= part;
         self.sigma.iter().zip(&last.sigma).all(near)
     }
 }
 
-/// σ of a kind of rows, where it is given.
+/// σ of a kind of rows, if it is given.
 fn known(prepared: &Prepared<'_>, rows: &Rows<'_>, kind: usize) -> Option<f64> {
     match rows.kinds[kind].of {
         RowOf::Equation(_) => None,
@@ -244,7 +243,7 @@ fn known(prepared: &Prepared<'_>, rows: &Rows<'_>, kind: usize) -> Option<f64> {
     }
 }
 
-/// The regression that ended there.
+/// The regression that ended at this point.
 pub(crate) fn finish(
     prepared: &Prepared<'_>,
     rows: &mut Rows<'_>,
@@ -269,8 +268,8 @@ pub(crate) fn finish(
             }
         })
         .collect();
-    let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
-    let uncertainty = Uncertainty::of_triangle(&r, &held, UNSEEN);
+    let is_fixed: Vec<bool> = bounds.iter().map(Option::is_some).collect();
+    let uncertainty = Uncertainty::of_triangle(&r, &is_fixed, UNSEEN);
     let spectrum = spectrum(&r);
     let tallies = tallies(rows, &found.p)?;
     let estimates = free.iter().enumerate().map(|(j, i)| Estimate {
@@ -300,7 +299,7 @@ pub(crate) fn finish(
         method,
         estimates,
         linear: linear.to_vec(),
-        unbounded: held.contains(&true).then_some(found.unbounded),
+        unbounded: is_fixed.contains(&true).then_some(found.unbounded),
         rank: spectrum.rank,
         condition_number: spectrum.condition_number,
         undetermined: uncertainty.undetermined.clone(),

@@ -5,11 +5,11 @@
 //!   both sides filtered by 1/Λ(s):   z = s/Λ v + 1/Λ z₀,  φ = 1/Λ φ₀  (and s/Λ where p multiplies ẏ)
 //! ```
 //!
-//! so that no slope of a reading is taken. Between samples z₀, φ₀ and readings are straight lines, and
-//! they jump where held inputs do. After a sample at which a row is not known the filters settle anew.
+//! so that no reading is differentiated. Between samples z₀, φ₀ and readings are linear, and they jump where held
+//! inputs do. After a sample at which a row is unknown the filters are reinitialised.
 //!
-//! θ is p in units of its sizes, and P of their squares. Where there are rows of several equations and
-//! outputs, each is divided by the scatter of its residuals at the start, relative to that of the first.
+//! θ is p in units of its sizes, and P in units of their squares. With rows of several equations and outputs, each is
+//! divided by the scatter of its residuals at the start, relative to that of the first.
 
 use dgd_runtime::Point;
 use nalgebra::DMatrix;
@@ -26,15 +26,15 @@ use crate::regression::rows::{RowOf, Rows};
 use crate::regression::separable::Searched;
 use crate::regression::{RegressionMethod, RegressionProblem, structure};
 
-/// Most steps between two samples.
+/// Limit on the steps between two samples.
 const MOST_STEPS: f64 = 1000.0;
 
-/// How to follow.
+/// Options of recursive estimation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FollowOptions {
     /// Time constants τ of Λ(s) = Π (τ s + 1), s.
     pub time_constants: Vec<f64>,
-    /// P₀, for each parameter in squares of its size.
+    /// P₀, in squares of each parameter's size.
     pub start_variance: f64,
     /// β, R₀ in squares of the parameters' sizes, and n_s.
     pub forgetting: Forgetting,
@@ -43,20 +43,20 @@ pub struct FollowOptions {
 /// Estimates over time.
 #[derive(Debug, Clone)]
 pub struct Followed {
-    /// The last estimates, and how well they fit all rows; without standard deviations, as those depend on how the
-    /// filtered errors are correlated.
+    /// The last estimates, and their fit of all rows; without standard deviations, which depend on the autocorrelation
+    /// of the filtered errors.
     pub fit: RegressionFit,
     /// P at the end, SI.
     pub covariance: DMatrix<f64>,
-    /// Recording, from 0, and time of each sample that has been taken in, s.
+    /// Recording, from 0, and time of each sample processed, s.
     pub times: Vec<(usize, f64)>,
-    /// The estimates then, SI.
+    /// The estimates at these times, SI.
     pub estimates: Vec<Vec<f64>>,
-    /// For how long P has been kept from growing, s.
+    /// Time during which P was kept from growing, s.
     pub frozen: f64,
 }
 
-/// Follows the free parameters along the recordings, one after the other.
+/// Tracks the free parameters along the recordings, one after the other.
 ///
 /// # Errors
 ///
@@ -107,8 +107,10 @@ pub fn follow(
         p[*i] = *value;
     }
     let bounds = prepared.bounds(RegressionMethod::LeastSquares);
-    let found = Found::new(&prepared, &mut rows, &first, p.clone(), p, &bounds, &Searched::of(2))?;
-    let mut fit = finish(&prepared, &mut rows, &linear, found, RegressionMethod::LeastSquares)?;
+    let first_round =
+        Found::new(&prepared, &mut rows, &first, p.clone(), p, &bounds, &Searched::of(2))?;
+    let mut fit =
+        finish(&prepared, &mut rows, &linear, first_round, RegressionMethod::LeastSquares)?;
     fit.forget_uncertainty();
     let covariance = following.estimator.covariance();
     let sizes = &prepared.sizes;
@@ -153,17 +155,17 @@ impl Following<'_> {
             };
             match last.as_ref().filter(|(before, _)| t > *before) {
                 None if last.is_none() => self.filter.settle(&now),
-                // A jump of the inputs: what is read later starts from there.
+                // A jump of the inputs: rates start there.
                 None => {}
                 Some((before, from)) => {
                     let h = t - before;
-                    let at = known.point_before(sample, &self.prepared.p);
-                    let to = self.signals(rows, recording, sample, at);
-                    let to = to.unwrap_or_else(|| now.clone());
-                    self.filter.lead(from, &to, h);
+                    let point = known.point_before(sample, &self.prepared.p);
+                    let signals = self.signals(rows, recording, sample, point);
+                    let next = signals.unwrap_or_else(|| now.clone());
+                    self.filter.lead(from, &next, h);
                     let (filter, weights) = (&mut self.filter, &self.weights);
-                    let (mut smoothed, mut rates) = (vec![0.0; to.len()], vec![0.0; to.len()]);
-                    // Steps in which the filtered signals are nearly polynomials.
+                    let (mut smoothed, mut rates) = (vec![0.0; next.len()], vec![0.0; next.len()]);
+                    // Steps in which the filtered signals are nearly polynomial.
                     let steps = (h / self.step).ceil().clamp(1.0, MOST_STEPS);
                     for _ in 0..steps as usize {
                         self.estimator.advance(h / steps, &mut |tau| {
@@ -185,7 +187,7 @@ impl Following<'_> {
         }
     }
 
-    /// What is filtered, row by row: z₀, φ₀ in sizes, and what enters z and φ by its rate.
+    /// The signals to filter, row by row: z₀, φ₀ in sizes, and the signals that enter z and φ by their rates.
     fn signals(
         &self,
         rows: &mut Rows<'_>,
@@ -199,9 +201,9 @@ impl Following<'_> {
         let blocks = signals.chunks_exact_mut(2 * (n + 1)).enumerate();
         for (kind, block) in blocks {
             let (plain, by_rate) = block.split_at_mut(n + 1);
-            let of = rows.kinds[kind].of;
-            let moved = match of {
-                // Only what readings give has moved by itself.
+            let subject = rows.kinds[kind].of;
+            let moved = match subject {
+                // Only unknowns determined by readings have moved by themselves.
                 RowOf::Equation(i) if rows.is_differential(kind, at) => {
                     if !rows.known[recording].is_given(sample, i) {
                         return None;
@@ -210,7 +212,7 @@ impl Following<'_> {
                 }
                 RowOf::Equation(_) | RowOf::Output(_) => 0.0,
             };
-            let measured = match of {
+            let measured = match subject {
                 RowOf::Output(i) => rows.recordings[recording].measured[i].as_ref()?[sample],
                 RowOf::Equation(_) => 0.0,
             };
@@ -227,8 +229,8 @@ impl Following<'_> {
             // g(p) = g(p̂) + Σ gⱼ (pⱼ − p̂ⱼ),  g = f or p_k f
             let mut constant = factor * value;
             for (j, i) in free.iter().enumerate() {
-                let own = if multiplier == Some(j) { value } else { 0.0 };
-                let slope = factor * slopes[j] + own;
+                let extra = if multiplier == Some(j) { value } else { 0.0 };
+                let slope = factor * slopes[j] + extra;
                 constant -= slope * p[*i];
                 plain[1 + j] = slope * sizes[j];
             }
@@ -249,7 +251,7 @@ fn resets_a_row(rows: &Rows<'_>) -> bool {
     resets.any(|i| rows.kinds.iter().any(|kind| kind.of == RowOf::Equation(*i)))
 }
 
-/// The row of filtered signals: what is smoothed, and the rates of what enters by its rate.
+/// The row of filtered signals: smoothed signals, and rates of those that enter by their rates.
 fn sample_of(smoothed: &[f64], rates: &[f64], n: usize, weight: f64) -> RegressorSample {
     let entry = |j: usize| weight * (smoothed[j] + rates[n + 1 + j]);
     RegressorSample { z: entry(0), phi: (1..=n).map(entry).collect() }

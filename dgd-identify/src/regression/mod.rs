@@ -1,4 +1,4 @@
-//! Regressions: parameters from equations and outputs in which everything else is known.
+//! Regressions: parameters from equations and outputs whose other quantities are known.
 //!
 //! ```text
 //!   residuals:   f(t, y, u, p) − M ẏ  and  w(t, y, u, p) − measured, at each sample
@@ -6,23 +6,22 @@
 //!   minimise     Σ_rows Σ_samples (residual / σ_row)² + Σ_priors ((wᵀp − mean) / std)²
 //! ```
 //!
-//! Nothing is simulated, so that there is one minimum where the parameters enter linearly, and no start
-//! values. What that costs: noise in y and ẏ is in the regressors, too, and an unknown that no sensor
-//! gives cannot be had.
+//! Nothing is simulated, so there is a single minimum if the parameters enter linearly, and there are no start values.
+//! The price: noise in y and ẏ also affects the regressors, and an unknown without a sensor is not available.
 //!
-//! | file | holds |
+//! | file | contents |
 //! |---|---|
 //! | `known`, `slopes` | y and ẏ at each sample |
-//! | `modes` | in which modes the system was there, and what readings do not give but follows |
-//! | `late` | what it was before |
+//! | `modes` | modes at the samples, and unknowns that follow without readings |
+//! | `late` | delayed unknowns |
 //! | `rows` | residuals and their derivatives, row by row |
-//! | `structure` | which parameters enter linearly |
+//! | `structure` | finds the parameters that enter linearly |
 //! | `triangle`, `least_squares` | linear least squares without squaring, free and within bounds |
 //! | `separable` | linear parameters inside, the others outside |
-//! | `finish` | what was found, and how sure it is |
-//! | `profile` | how far an estimate can go while the others make up for it |
-//! | `trace` | what the rows are then, sample by sample |
-//! | `filters`, `recursive`, `follow` | the same while samples come in |
+//! | `finish` | the result and its uncertainty |
+//! | `profile` | profiles of the estimates |
+//! | `trace` | the rows at the estimates, sample by sample |
+//! | `filters`, `recursive`, `follow` | recursive estimation as samples arrive |
 
 mod error;
 mod finish;
@@ -58,54 +57,53 @@ pub use profile::regression_profiles;
 pub use rows::{RowOf, RowsLeftOut};
 pub use trace::{RowTrace, traces};
 
-/// Most rounds of re-estimated noise.
+/// Limit on rounds of re-estimated noise.
 const MOST_ROUNDS: usize = 12;
-/// Most rounds in which modes and pasts follow from estimates.
+/// Limit on rounds in which modes and histories follow from estimates.
 const MOST_MODE_ROUNDS: usize = 30;
-/// Modes of up to this part of the samples may go on changing: readings close to a threshold do so.
+/// Modes at up to this fraction of the samples may keep changing, as readings close to a threshold do.
 const UNSETTLED: f64 = 0.01;
-/// Noise that changes by less than this part is stable.
+/// Noise that changes by less than this fraction is stable.
 const STABLE: f64 = 0.01;
 
-/// How a regression is solved.
+/// The method of a regression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RegressionMethod {
     /// Linear least squares without bounds. All parameters must enter linearly.
     LeastSquares,
     /// Linear least squares within the parameters' bounds. All parameters must enter linearly.
     Bounded,
-    /// Variable projection: linear parameters by least squares, for each trial of the others, which
-    /// a trust region method moves; all within their bounds.
+    /// Variable projection: linear parameters by least squares, for each trial of the others, which a trust region
+    /// method moves; all within their bounds.
     VariableProjection,
-    /// The same, the others moved by the simplex method of Nelder and Mead.
+    /// Variable projection, with the others moved by the Nelder–Mead simplex method.
     NelderMead,
 }
 
-/// What to fit to what.
+/// A regression problem.
 #[derive(Debug, Clone)]
 pub struct RegressionProblem<'a> {
     /// The model.
     pub system: &'a dyn Model,
-    /// All parameters, SI: values of those that are not free, first guesses of the others.
+    /// All parameters, SI: values of fixed ones, first guesses of free ones.
     pub p: &'a [f64],
-    /// Which of the model's directions are free; start values are not looked at.
+    /// Which of the model's directions are free; start values are ignored.
     pub free: Vec<bool>,
-    /// What was recorded.
+    /// The recordings.
     pub recordings: &'a [Recording],
-    /// For each output of the model, its noise; `None` for one that is not to be used at all.
+    /// For each output of the model, its noise; `None` if it is not used at all.
     pub noise: Vec<Option<Noise>>,
-    /// What is known beforehand.
+    /// The priors.
     pub priors: Vec<Prior>,
-    /// Half of the width of the windows in which slopes are taken, s; five usual steps where none is
-    /// given.
+    /// Half the width of the windows for slopes, s; the default is five usual steps.
     pub half_width: Option<f64>,
-    /// Only samples at which these unknowns move no faster than this count, SI per second.
+    /// Limits on the rates of unknowns, SI per second: other samples do not count.
     pub steady: Vec<(usize, f64)>,
-    /// When the search of parameters that do not enter linearly stops.
+    /// The stopping rule of the search for parameters that do not enter linearly.
     pub stopping: StoppingRule,
-    /// The same, of the simplex method.
+    /// The stopping rule of the simplex method.
     pub simplex: SimplexRule,
-    /// Who looks on, and may stop it.
+    /// Progress and cancellation.
     pub watch: &'a dyn Watch,
 }
 
@@ -135,14 +133,14 @@ impl<'a> RegressionProblem<'a> {
     }
 }
 
-/// Estimates the free parameters. What the watch of the problem stops gives the best so far
-/// ([`RegressionFit::is_stopped`]), and so does a search that ends in no minimum
+/// Estimates the free parameters. If the problem's watch cancels it, the result is the best so far
+/// ([`RegressionFit::is_stopped`]), and so it is if the search does not reach a minimum
 /// ([`RegressionFit::is_converged`]).
 ///
 /// # Errors
 ///
-/// [`RegressionError`]: nothing to estimate or to estimate from, an unknown that no output gives, a
-/// parameter that does not enter as the method needs it.
+/// [`RegressionError`]: nothing to estimate or to estimate from, an unknown that no output determines, a parameter that
+/// does not enter as required by the method.
 pub fn regress(
     problem: &RegressionProblem<'_>,
     method: RegressionMethod,
@@ -155,8 +153,8 @@ pub fn regress(
     if known::modes::remembered(problem.system).is_none() && signature.delayed_unknowns.is_empty() {
         return Ok(fit);
     }
-    // Conditions may have parameters that are estimated, in themselves or in what leads to them, and delays
-    // decide which samples have a past.
+    // Conditions may depend on estimated parameters, directly or indirectly, and delays decide which samples have a
+    // complete history.
     let mut samples = 0;
     for _ in 0..MOST_MODE_ROUNDS {
         prepared.p.clone_from(&fit.p);
@@ -170,20 +168,20 @@ pub fn regress(
         known = next;
         fit = regress_known(&prepared, &known, method)?;
     }
-    let all: usize = known.iter().map(|known| known.times.len()).sum();
-    if samples as f64 <= UNSETTLED * all as f64 {
+    let total: usize = known.iter().map(|known| known.times.len()).sum();
+    if samples as f64 <= UNSETTLED * total as f64 {
         Ok(fit)
     } else {
         Err(RegressionError::ModesDoNotSettle { samples })
     }
 }
 
-/// In how many samples modes differ.
+/// Number of samples whose modes differ.
 fn differing(known: &[Known], next: &[Known]) -> usize {
     known.iter().zip(next).map(|(known, next)| known.modes_differ(next)).sum()
 }
 
-/// The regression on what is known of each sample.
+/// The regression, given the unknowns at each sample.
 fn regress_known(
     prepared: &Prepared<'_>,
     known: &[Known],
@@ -197,21 +195,21 @@ fn regress_known(
         return Err(prepare::not_linear(problem, &mut rows, &linear));
     }
 
-    let mut found = Found::first(prepared, &mut rows)?;
+    let mut round = Found::first(prepared, &mut rows)?;
     let mut is_stopped = false;
     let bounds = prepared.bounds(method);
     for _ in 0..MOST_ROUNDS {
-        let next = separable::solve(prepared, &mut rows, &linear, &found, method, &bounds)?;
-        // The weight of rows of one kind, with nothing beside them, changes nothing.
+        let next = separable::solve(prepared, &mut rows, &linear, &round, method, &bounds)?;
+        // The weight of a single kind of rows, without priors, has no effect.
         let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
-        let is_stable = is_one || next.is_stable(&found, STABLE);
-        found = next;
+        let is_stable = is_one || next.is_stable(&round, STABLE);
+        round = next;
         is_stopped = problem.watch.is_stopped();
-        if is_stable || is_stopped || !found.is_converged {
+        if is_stable || is_stopped || !round.is_converged {
             break;
         }
     }
-    let mut fit = finish::finish(prepared, &mut rows, &linear, found, method)?;
+    let mut fit = finish::finish(prepared, &mut rows, &linear, round, method)?;
     fit.is_stopped = is_stopped;
     fit.is_converged &= !is_stopped;
     Ok(fit)

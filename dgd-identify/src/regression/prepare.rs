@@ -1,4 +1,4 @@
-//! From a problem to its rows, or why there are none.
+//! Prepares the rows of a problem, or finds out why there are none.
 
 use dgd_runtime::for_identify::{delay_sensitivities, parameter_size};
 use dgd_runtime::{Direction, Output, Pattern, Problem};
@@ -13,7 +13,7 @@ use crate::regression::known::{Known, Sensors};
 use crate::regression::rows::{RowKind, RowOf, Rows, delaying, late_reads};
 use crate::regression::{RegressionMethod, RegressionProblem, structure};
 
-/// A problem that has been looked through.
+/// A checked problem.
 pub(crate) struct Prepared<'a> {
     pub problem: &'a RegressionProblem<'a>,
     /// Positions of the free parameters.
@@ -43,8 +43,8 @@ impl<'a> Prepared<'a> {
         let is_other =
             |prior: &&Prior| prior.concerns(|i| free.contains(&i)) && prior.as_normal().is_none();
         if let Some(prior) = problem.priors.iter().find(is_other) {
-            let of = prior.names(signature);
-            return Err(RegressionError::Prior { of, law: prior.density.name() });
+            let names = prior.names(signature);
+            return Err(RegressionError::Prior { of: names, law: prior.density.name() });
         }
         let prepared = Self {
             problem,
@@ -56,26 +56,26 @@ impl<'a> Prepared<'a> {
         Ok(prepared)
     }
 
-    /// Puts first guesses within their bounds, where the method keeps to them.
+    /// Moves first guesses into their bounds, if the method respects these.
     pub(crate) fn clamp(&mut self, method: RegressionMethod) {
         for (i, (lower, upper)) in self.free.iter().zip(self.bounds(method)) {
             self.p[*i] = self.p[*i].clamp(lower, upper);
         }
     }
 
-    /// Bounds of the free parameters, where the method keeps to them.
+    /// Bounds of the free parameters, if the method respects these.
     pub(crate) fn bounds(&self, method: RegressionMethod) -> Vec<(f64, f64)> {
         let parameters = &self.problem.system.signature().parameters;
-        let of = |i: &usize| match method {
+        let bounds_of = |i: &usize| match method {
             RegressionMethod::LeastSquares => (f64::NEG_INFINITY, f64::INFINITY),
             RegressionMethod::Bounded
             | RegressionMethod::VariableProjection
             | RegressionMethod::NelderMead => (parameters[*i].lower, parameters[*i].upper),
         };
-        self.free.iter().map(of).collect()
+        self.free.iter().map(bounds_of).collect()
     }
 
-    /// What is known at each sample.
+    /// Determines the unknowns at each sample.
     pub(crate) fn known(&self) -> Result<Vec<Known>, RegressionError> {
         let RegressionProblem { system, recordings, half_width, steady, .. } = self.problem;
         let used = |i: usize| self.uses(i);
@@ -83,22 +83,22 @@ impl<'a> Prepared<'a> {
             return Err(RegressionError::NothingMeasured);
         }
         let sensors = self.sensors();
-        let mut all = Vec::with_capacity(recordings.len());
+        let mut all_known = Vec::with_capacity(recordings.len());
         for (r, recording) in recordings.iter().enumerate() {
             let mut known = Known::new(*system, &self.p, r, recording, &sensors, *half_width)?;
             known.keep_steady(steady);
-            all.push(known);
+            all_known.push(known);
         }
         let counts = |known: &Known| (0..known.times.len()).any(|k| known.counts(k));
-        if !steady.is_empty() && !all.iter().any(counts) {
-            return Err(self.nothing_steady(&all));
+        if !steady.is_empty() && !all_known.iter().any(counts) {
+            return Err(self.nothing_steady(&all_known));
         }
-        Ok(all)
+        Ok(all_known)
     }
 
     fn nothing_steady(&self, known: &[Known]) -> RegressionError {
         let unknowns = &self.problem.system.signature().unknowns;
-        let of = |(i, limit): &(usize, f64)| {
+        let unsteady = |(i, limit): &(usize, f64)| {
             let unit = unknowns.unit(*i);
             let slowest = known.iter().map(|known| known.slowest(*i)).fold(f64::INFINITY, f64::min);
             Unsteady {
@@ -108,10 +108,12 @@ impl<'a> Prepared<'a> {
                 unit: unit.symbol.to_string(),
             }
         };
-        RegressionError::NothingSteady { unknowns: self.problem.steady.iter().map(of).collect() }
+        RegressionError::NothingSteady {
+            unknowns: self.problem.steady.iter().map(unsteady).collect(),
+        }
     }
 
-    /// The rows, of which each free parameter has some.
+    /// The rows, some of which depend on each free parameter.
     pub(crate) fn rows<'b>(&'b self, known: &'b [Known]) -> Result<Rows<'b>, RegressionError> {
         let RegressionProblem { system, recordings, .. } = self.problem;
         let kinds = RowKind::all(*system, &self.free, |i| self.uses(i) && self.is_prompt(i));
@@ -147,13 +149,13 @@ impl<'a> Prepared<'a> {
         Ok(Rows::new(*system, recordings, known, kinds, &self.free))
     }
 
-    /// An output that is in use and was measured.
+    /// Whether an output is used and was measured.
     fn uses(&self, i: usize) -> bool {
         let measured = |recording: &Recording| recording.counted(i).next().is_some();
         self.problem.noise[i].is_some() && self.problem.recordings.iter().any(measured)
     }
 
-    /// What determines the unknowns.
+    /// Outputs and equations that determine the unknowns.
     fn sensors(&self) -> Sensors {
         let signature = self.problem.system.signature();
         let system = self.problem.system;
@@ -181,7 +183,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Whether an output is not read late.
+    /// Whether an output is not delayed.
     fn is_prompt(&self, i: usize) -> bool {
         self.problem.system.signature().outputs[i].delay.is_none()
     }
@@ -251,7 +253,7 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// Which parameters do not enter linearly, each with a row that shows it.
+/// Parameters that do not enter linearly, each with a row that shows it.
 pub(crate) fn not_linear(
     problem: &RegressionProblem<'_>,
     rows: &mut Rows<'_>,

@@ -1,7 +1,6 @@
-//! How far an estimate of a regression can go while the others make up for it, as
-//! [`crate::profiles`] says of a simulation.
+//! Profiles of the estimates of a regression, as in [`crate::profiles`] for simulations.
 //!
-//! Weights are those of the fit all along, and so are the modes of the samples.
+//! Weights and modes of the samples are those of the fit throughout.
 
 use std::cell::{Cell, RefCell};
 
@@ -13,8 +12,8 @@ use crate::regression::prepare::Prepared;
 use crate::regression::rows::Rows;
 use crate::regression::{RegressionMethod, RegressionProblem, separable, structure};
 
-/// The profiles of some estimates of a regression of this problem, in the order of `estimates`. Where its
-/// watch stops it, those that are complete are given ([`Profile::estimate`] says which they are).
+/// The profiles of some estimates of a regression of this problem, in the order of `estimates`. If cancelled, returns
+/// those that are complete ([`Profile::estimate`] identifies them).
 ///
 /// # Errors
 ///
@@ -22,7 +21,7 @@ use crate::regression::{RegressionMethod, RegressionProblem, separable, structur
 ///
 /// # Panics
 ///
-/// When the fit is not one of the problem, or an estimate is not one of the fit.
+/// If the fit does not belong to the problem, or an estimate does not belong to the fit.
 pub fn regression_profiles(
     problem: &RegressionProblem<'_>,
     fit: &RegressionFit,
@@ -34,7 +33,7 @@ pub fn regression_profiles(
     };
     let mut prepared = Prepared::new(problem)?;
     assert_eq!(prepared.free.len(), fit.estimates.len(), "the fit is that of the problem");
-    // That fit has found out which parameters are linear.
+    // The fit has determined which parameters are linear.
     prepared.clamp(method);
     let guess = std::mem::replace(&mut prepared.p, fit.p.clone());
     let known = prepared.known()?;
@@ -45,7 +44,7 @@ pub fn regression_profiles(
     Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
 }
 
-/// A sum of squares, and of how many rows it is.
+/// A sum of squares, and its number of rows.
 #[derive(Debug, Clone, Copy)]
 struct Sum {
     rows: usize,
@@ -75,7 +74,7 @@ fn sum(
     Ok(sum)
 }
 
-/// Estimates, along one of which the others are fitted.
+/// The profile along one estimate.
 struct Along<'a> {
     prepared: &'a Prepared<'a>,
     rows: RefCell<Rows<'a>>,
@@ -85,7 +84,7 @@ struct Along<'a> {
 }
 
 impl Along<'_> {
-    /// Variables are estimates in parts of their sizes.
+    /// Variables are estimates in units of their sizes.
     fn profile(&self, j: usize) -> Profile {
         let sizes = &self.fit.sizes;
         let centre = self.fit.estimates.iter().zip(sizes);
@@ -104,8 +103,8 @@ impl Along<'_> {
         Profile::along(&way, |i, z| z * sizes[i], sizes, &evaluations)
     }
 
-    /// The least sum of squares with the estimate held at a value; `None` where no minimum is found, or
-    /// samples have no rows there that have some at the fit.
+    /// The minimal sum of squares with the estimate fixed at a value; `None` if no minimum is found, or if samples lose
+    /// the rows that they have at the fit.
     fn place(
         &self,
         j: usize,
@@ -116,26 +115,26 @@ impl Along<'_> {
         let Self { prepared, fit, .. } = self;
         let free = &prepared.free;
         let mut bounds = prepared.bounds(self.method);
-        let held = held * fit.sizes[j];
-        bounds[j] = (held, held);
+        let value = held * fit.sizes[j];
+        bounds[j] = (value, value);
         let mut start = Found::of(fit);
         for ((i, z), size) in free.iter().zip(&from.z).zip(&fit.sizes) {
             start.p[*i] = z * size;
         }
-        start.p[free[j]] = held;
+        start.p[free[j]] = value;
         let mut rows = self.rows.borrow_mut();
-        let found =
+        let searched =
             separable::solve(prepared, &mut rows, &fit.linear, &start, self.method, &bounds)
                 .ok()?;
-        evaluations.set(evaluations.get() + found.evaluations);
-        if !found.is_converged {
+        evaluations.set(evaluations.get() + searched.evaluations);
+        if !searched.is_converged {
             return None;
         }
-        let sum = sum(prepared, &mut rows, &start.sigma, &found.p).ok()?;
+        let sum = sum(prepared, &mut rows, &start.sigma, &searched.p).ok()?;
         if sum.rows != self.least.rows {
             return None;
         }
-        let z = free.iter().zip(&fit.sizes).map(|(i, size)| found.p[*i] / size);
+        let z = free.iter().zip(&fit.sizes).map(|(i, size)| searched.p[*i] / size);
         Some(HeldMinimum { z: z.collect(), deviance: sum.cost - self.least.cost })
     }
 }

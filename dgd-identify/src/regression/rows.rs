@@ -1,4 +1,4 @@
-//! The rows of a regression: what each equation and output says at each sample.
+//! The rows of a regression: residuals of each equation and output at each sample.
 //!
 //! | row | predicted | target |
 //! |---|---|---|
@@ -6,12 +6,11 @@
 //! | algebraic equation i | fᵢ(t, y, u, p) | 0 |
 //! | output i | wᵢ(t, y, u, p) | measured |
 //!
-//! Its residual is predicted − target; that of an equation with a multiplier p_k is p_k (predicted −
-//! target), which undoes the division by a factor of the derivative: M ẏ = F has become ẏ = F/M. An equation
-//! that is differential in some modes only is not multiplied in the others, and counts there where it reads a
-//! parameter.
+//! The residual is predicted − target; that of an equation with a multiplier p_k is p_k (predicted − target), which
+//! undoes the division by the coefficient of the derivative: M ẏ = F has become ẏ = F/M. An equation that is
+//! differential in some modes only is not multiplied in the others, and counts there if it reads a parameter.
 //!
-//! What a row reads late moves with a delay that is estimated: ∂/∂p has −∂f/∂x(t − τ) ẋ(t − τ) ∂τ/∂p, too.
+//! Delayed values move with a delay that is estimated: ∂/∂p also contains −∂f/∂x(t − τ) ẋ(t − τ) ∂τ/∂p.
 
 use dgd_runtime::for_identify::changes_by_mode;
 use dgd_runtime::model::Model;
@@ -22,7 +21,7 @@ use crate::regression::error::RegressionError;
 use crate::regression::known::Known;
 use crate::regression::known::late::{BeforeRecord, Late};
 
-/// What a row is of.
+/// The equation or output of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowOf {
     /// The equation at this position.
@@ -34,9 +33,9 @@ pub enum RowOf {
 /// Samples without rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RowsLeftOut {
-    /// What they read late was before the record.
+    /// Their delayed values are before the record.
     pub before_record: usize,
-    /// The model cannot be simulated up to them, so that their modes are not known.
+    /// The model cannot be simulated up to them, so their modes are unknown.
     pub without_mode: usize,
 }
 
@@ -49,8 +48,8 @@ pub(crate) struct RowKind {
     pub reads: Vec<usize>,
     /// Free parameters that it reads, each with the position of its derivative among the non-zeros.
     pub parameters: Vec<(usize, usize)>,
-    /// Delayed unknowns that it reads, each with the position of its derivative to the value among the
-    /// non-zeros, and the free parameters that are in their delays.
+    /// Delayed unknowns that it reads, each with the position of the derivative with respect to its value among the
+    /// non-zeros, and the free parameters in their delays.
     pub late: Vec<(usize, usize)>,
     pub in_delays: Vec<usize>,
     /// Position of the free parameter by which it is multiplied.
@@ -63,7 +62,7 @@ impl RowKind {
         self.in_delays.contains(&j) || self.parameters.iter().any(|(other, _)| *other == j)
     }
 
-    /// All that have a free parameter: equations, and outputs that are in use.
+    /// All kinds with a free parameter: equations, and used outputs.
     pub(crate) fn all(
         system: &dyn Model,
         free: &[usize],
@@ -117,12 +116,12 @@ impl RowKind {
     }
 }
 
-/// Delayed unknowns that a row reads, each with the position of the derivative to its value.
+/// Delayed unknowns that a row reads, each with the position of the derivative with respect to its value.
 pub(crate) fn late_reads(system: &dyn Model, pattern: &Pattern, row: usize) -> Vec<(usize, usize)> {
     let values = system.signature().past().values();
     let places = pattern.positions().enumerate();
-    let own = places.filter(|(_, (r, column))| *r == row && values.contains(column));
-    own.map(|(place, (_, column))| (column - values.start, place)).collect()
+    let delayed = places.filter(|(_, (r, column))| *r == row && values.contains(column));
+    delayed.map(|(place, (_, column))| (column - values.start, place)).collect()
 }
 
 /// For each delayed unknown, the free parameters that its delay may depend on.
@@ -133,8 +132,8 @@ pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
     let mut dtau = vec![0.0; n_tau * n_s];
     let delayed = signature.delayed_unknowns.iter();
     if n_tau > 0 && delayed.len() > 0 {
-        let at = Point { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
-        system.delay_sensitivities(at, &mut dtau);
+        let point = Point { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
+        system.delay_sensitivities(point, &mut dtau);
     }
     let moves = |delay: usize, j: &usize| {
         signature.directions.iter().enumerate().any(|(direction, of)| {
@@ -153,14 +152,14 @@ pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
 pub(crate) struct Row<'a> {
     /// Position of its kind.
     pub kind: usize,
-    /// Position of its recording, and of its sample there.
+    /// Position of its recording, and of its sample in the recording.
     pub recording: usize,
     pub sample: usize,
     pub predicted: f64,
     pub target: f64,
-    /// Multiplied, where its kind has a multiplier.
+    /// Multiplied, if its kind has a multiplier.
     pub residual: f64,
-    /// Derivatives of the residual to the free parameters.
+    /// Derivatives of the residual with respect to the free parameters.
     pub slopes: &'a [f64],
 }
 
@@ -227,7 +226,7 @@ impl<'a> Rows<'a> {
         self.system
     }
 
-    /// Predicted values of all kinds at a point, and their derivatives to the free parameters, kind by
+    /// Predicted values of all kinds at a point, and their derivatives with respect to the free parameters, kind by
     /// kind.
     pub(crate) fn predict(&mut self, at: Point<'_>) -> (&[f64], &[f64]) {
         let has = |wanted: fn(&RowOf) -> bool| self.kinds.iter().any(|kind| wanted(&kind.of));
@@ -273,15 +272,15 @@ impl<'a> Rows<'a> {
                 let delay = signature.delayed_unknowns[*delayed].delay;
                 for j in &kind.in_delays {
                     let wanted = Direction::Parameter(self.free[*j]);
-                    let of = signature.directions.iter().position(|of| *of == wanted);
-                    let slope = of.map_or(0.0, |of| self.dtau[of * n_tau + delay]);
+                    let direction = signature.directions.iter().position(|of| *of == wanted);
+                    let slope = direction.map_or(0.0, |of| self.dtau[of * n_tau + delay]);
                     self.by_p[k * self.free.len() + j] -= derivatives[*place] * rate * slope;
                 }
             }
         }
     }
 
-    /// Calls `f` with a point of a recording, and with what is read late there.
+    /// Calls `f` with a point of a recording, including delayed values.
     pub(crate) fn with_late<T>(
         &mut self,
         recording: usize,
@@ -308,7 +307,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Whether the multiplier of a row counts at the point: an algebraic equation has not been divided.
+    /// Whether the multiplier of a row applies at the point: an algebraic equation has not been divided.
     pub(crate) fn is_multiplied(&mut self, kind: usize, at: Point<'_>) -> bool {
         match self.kinds[kind].of {
             RowOf::Equation(i) => !self.by_mode[i] || self.is_differential(kind, at),
@@ -316,7 +315,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// The target of a row; NaN where readings do not give the row.
+    /// The target of a row; NaN if readings do not determine the row.
     pub(crate) fn target(
         &mut self,
         kind: usize,
@@ -344,11 +343,11 @@ impl<'a> Rows<'a> {
         if !late.is_empty() && !known.has_past(sample) {
             return f64::NAN;
         }
-        let of = *of;
+        let subject = *of;
         if self.is_idle(kind, at) {
             return f64::NAN;
         }
-        match of {
+        match subject {
             RowOf::Output(i) => {
                 let measured = self.recordings[recording].measured[i].as_ref();
                 measured.map_or(f64::NAN, |samples| samples[sample])
@@ -358,7 +357,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// How many samples have no rows for want of a past or of a mode.
+    /// Number of samples without rows for lack of a history or of modes.
     pub(crate) fn left_out(&self) -> RowsLeftOut {
         let mut left_out = RowsLeftOut::default();
         for known in self.known {
@@ -369,7 +368,7 @@ impl<'a> Rows<'a> {
         left_out
     }
 
-    /// Whether an equation is one of other modes than those at the point as far as its parameters go.
+    /// Whether the parameters of an equation only enter in modes other than those at the point.
     fn is_idle(&mut self, kind: usize, at: Point<'_>) -> bool {
         let RowOf::Equation(i) = self.kinds[kind].of else { return false };
         if !self.by_mode[i] || self.is_differential(kind, at) {
@@ -380,11 +379,11 @@ impl<'a> Rows<'a> {
         by_p[kind * n..(kind + 1) * n].iter().all(|slope| *slope == 0.0)
     }
 
-    /// Visits all rows that readings give.
+    /// Visits all rows that readings determine.
     ///
     /// # Errors
     ///
-    /// [`RegressionError::NotFinite`] where such a row has no finite value.
+    /// [`RegressionError::NotFinite`] if such a row has no finite value.
     pub(crate) fn visit(
         &mut self,
         p: &[f64],
@@ -393,7 +392,7 @@ impl<'a> Rows<'a> {
         self.visit_every(1, p, visitor)
     }
 
-    /// The same of every so many samples.
+    /// [`Self::visit`] for every n-th sample.
     pub(crate) fn visit_every(
         &mut self,
         stride: usize,
@@ -411,8 +410,8 @@ impl<'a> Rows<'a> {
                 if targets.iter().all(|target| target.is_nan()) {
                     continue;
                 }
-                let at = known.point(sample, p);
-                self.with_late(recording, at, |rows, at| {
+                let point = known.point(sample, p);
+                self.with_late(recording, point, |rows, at| {
                     rows.predict(at);
                 });
                 for (kind, &target) in targets.iter().enumerate().filter(|(_, t)| !t.is_nan()) {
@@ -420,7 +419,7 @@ impl<'a> Rows<'a> {
                     self.slopes.copy_from_slice(&self.by_p[kind * n..(kind + 1) * n]);
                     let mut residual = predicted - target;
                     let multiplier = self.kinds[kind].multiplier;
-                    let multiplier = multiplier.filter(|_| self.is_multiplied(kind, at));
+                    let multiplier = multiplier.filter(|_| self.is_multiplied(kind, point));
                     if let Some(k) = multiplier {
                         // ∂(p_k e)/∂p_j = p_k ∂e/∂p_j + δ_jk e
                         let factor = p[self.free[k]];

@@ -10,8 +10,8 @@
 //!                             [        ρ ]
 //! ```
 //!
-//! J is what ∂r/∂α leaves outside of the span of Φ: Kaufman's Jacobian of the projected residuals. So
-//! one triangle of the rows is all that a step needs. Linear parameters at a bound are not projected out.
+//! J is the component of ∂r/∂α outside of the span of Φ: Kaufman's Jacobian of the projected residuals. So a step only
+//! needs one triangle of the rows. Linear parameters at a bound are not projected out.
 //!
 //! Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; Kaufman, BIT 15 (1975) 49.
 
@@ -32,11 +32,11 @@ use crate::regression::prepare::Prepared;
 use crate::regression::rows::Rows;
 use crate::variables::{Variable, Variables};
 
-/// A linear parameter that becomes so many times smaller is solved for once more.
+/// A linear parameter that becomes smaller by this factor is solved for once more.
 const CANCELLED: f64 = 100.0;
 const MOST_PASSES: usize = 6;
 
-/// The triangle of the weighted rows at p: derivatives to `columns` of the free parameters, each times a
+/// The triangle of the weighted rows at p: derivatives with respect to `columns` of the free parameters, each times a
 /// factor, and −r.
 pub(crate) fn triangle(
     prepared: &Prepared<'_>,
@@ -69,7 +69,7 @@ pub(crate) fn triangle(
     Ok(triangle)
 }
 
-/// Solves with given weights, from where the last round ended, within bounds of the free parameters.
+/// Solves with given weights, from the end of the last round, within bounds of the free parameters.
 pub(crate) fn solve(
     prepared: &Prepared<'_>,
     rows: &mut Rows<'_>,
@@ -93,21 +93,21 @@ pub(crate) fn solve(
         let z = if method == RegressionMethod::NelderMead {
             let rule = prepared.problem.simplex;
             let watch = prepared.problem.watch;
-            let found = nelder_mead(&z, &bounds, &rule, watch, |z| {
+            let simplex = nelder_mead(&z, &bounds, &rule, watch, |z| {
                 let mut trial = outer.parameters(&p, z);
                 inner.solve(rows, &mut trial).ok()
             });
-            evaluations += found.evaluations;
+            evaluations += simplex.evaluations;
             is_flat =
-                found.is_converged && outer.is_flat(rows, &inner, &p, &z, &found.x, &bounds)?;
-            is_converged = found.is_converged && !is_flat;
-            found.x
+                simplex.is_converged && outer.is_flat(rows, &inner, &p, &z, &simplex.x, &bounds)?;
+            is_converged = simplex.is_converged && !is_flat;
+            simplex.x
         } else {
-            let found = outer.search(rows, &inner, &p, z, &bounds)?;
-            evaluations += found.evaluations;
-            iterations += found.iterations;
-            (is_converged, is_flat) = (found.is_converged, found.is_flat);
-            found.x
+            let searched = outer.search(rows, &inner, &p, z, &bounds)?;
+            evaluations += searched.evaluations;
+            iterations += searched.iterations;
+            (is_converged, is_flat) = (searched.is_converged, searched.is_flat);
+            searched.x
         };
         p = outer.parameters(&p, &z);
     }
@@ -124,7 +124,7 @@ struct Inner<'a> {
     /// Positions of the linear ones among the free parameters.
     columns: Vec<usize>,
     sigma: &'a [f64],
-    /// Of the free parameters.
+    /// Bounds of the free parameters.
     bounds: &'a [(f64, f64)],
 }
 
@@ -134,9 +134,10 @@ impl Inner<'_> {
         triangle(self.prepared, rows, self.sigma, p, &columns)
     }
 
-    /// Gives the linear parameters their best values; returns the sum of squares.
+    /// Sets the linear parameters to their best values; returns the sum of squares.
     ///
-    /// From values that are much larger than the best ones it is repeated: the difference has lost digits.
+    /// Starting from values that are much larger than the best ones it is repeated because the difference has lost
+    /// digits.
     fn solve(&self, rows: &mut Rows<'_>, p: &mut [f64]) -> Result<f64, RegressionError> {
         for _ in 1..MOST_PASSES {
             let before = p.to_vec();
@@ -152,7 +153,7 @@ impl Inner<'_> {
         self.correct(rows, p)
     }
 
-    /// One pass of it.
+    /// One pass of [`Self::solve`].
     fn correct(&self, rows: &mut Rows<'_>, p: &mut [f64]) -> Result<f64, RegressionError> {
         let triangle = self.triangle(rows, p)?;
         let (r, zeta) = (triangle.r(), triangle.zeta());
@@ -163,7 +164,7 @@ impl Inner<'_> {
         let upper = DVector::from_fn(n, |j, _| bounds(j).1 - p[parameter(j)]);
         let delta = least_squares::solve_bounded(&r, &zeta, &lower, &upper);
         for j in 0..n {
-            // A bound is met exactly, in spite of rounding.
+            // Snaps to the bound in spite of rounding errors.
             p[parameter(j)] = if delta[j] <= lower[j] {
                 bounds(j).0
             } else if delta[j] >= upper[j] {
@@ -175,7 +176,7 @@ impl Inner<'_> {
         Ok((r * delta - zeta).norm_squared() + triangle.remainder())
     }
 
-    /// What the linear parameters would be without bounds.
+    /// The linear parameters without bounds.
     fn unbounded(&self, rows: &mut Rows<'_>, p: &[f64]) -> Result<Vec<f64>, RegressionError> {
         let triangle = self.triangle(rows, p)?;
         let delta = least_squares::solve(&triangle.r(), &triangle.zeta());
@@ -192,19 +193,19 @@ impl Inner<'_> {
     }
 }
 
-/// Where a search ended.
+/// The end of a search.
 pub(super) struct Searched {
     x: Vec<f64>,
     pub evaluations: usize,
     pub iterations: usize,
     /// Whether it ended in a minimum.
     pub is_converged: bool,
-    /// Whether it ended on a plain.
+    /// Whether it ended on a plateau.
     pub is_flat: bool,
 }
 
 impl Searched {
-    /// Nothing was to be searched for; so many evaluations were made all the same.
+    /// The end of a search without variables, after this many evaluations.
     pub(super) fn of(evaluations: usize) -> Self {
         Self { x: Vec::new(), evaluations, iterations: 0, is_converged: true, is_flat: false }
     }
@@ -248,21 +249,21 @@ impl<'a> Outer<'a> {
         self.variables.all.iter().zip(&self.positions).map(value).collect()
     }
 
-    /// Bounds of the variables, of which one may be held.
+    /// Bounds of the variables; one may be fixed.
     fn bounds(&self, bounds: &[(f64, f64)]) -> Vec<(f64, f64)> {
-        let of = |(variable, j): (&Variable, &usize)| match bounds[*j] {
+        let bounds_of = |(variable, j): (&Variable, &usize)| match bounds[*j] {
             (low, high) if low == high => (variable.variable(low), variable.variable(high)),
             _ => variable.bounds(),
         };
-        self.variables.all.iter().zip(&self.positions).map(of).collect()
+        self.variables.all.iter().zip(&self.positions).map(bounds_of).collect()
     }
 
     fn parameters(&self, p: &[f64], z: &[f64]) -> Vec<f64> {
         self.variables.parameters(p, z)
     }
 
-    /// Gauss and Newton's steps within a trust region on the projected problem. Where no step, however small, helps any
-    /// more, it begins anew: its scales remember steep places that it came by.
+    /// Gauss–Newton steps within a trust region on the projected problem. If no step, however small, helps, it restarts
+    /// because its scales still contain steep regions that it has passed.
     fn search(
         &self,
         rows: &mut Rows<'_>,
@@ -272,28 +273,28 @@ impl<'a> Outer<'a> {
         bounds: &[(f64, f64)],
     ) -> Result<Searched, RegressionError> {
         let mut rule = self.prepared.problem.stopping;
-        // Linear parameters are solved for: where the others go further than their sizes in one step, a linear model
-        // says nothing.
-        let own = self.variables.reach().into_iter().zip(&z);
-        let reach: Vec<f64> = own.map(|(reach, z)| reach.min(z.abs().max(1.0))).collect();
+        // Linear parameters are solved for: if the others change by more than their sizes in one step, a linear model
+        // is useless.
+        let largest = self.variables.reach().into_iter().zip(&z);
+        let reach: Vec<f64> = largest.map(|(reach, z)| reach.min(z.abs().max(1.0))).collect();
         let region = Region { bounds, reach: &reach, leading: reach.len() };
         let mut near = p.to_vec();
-        let mut at = self.project(rows, inner, &mut near, &z)?;
+        let mut projected = self.project(rows, inner, &mut near, &z)?;
         let (mut evaluations, mut iterations) = (1, 0);
         loop {
             let watch = self.prepared.problem.watch;
             let mut done = evaluations;
-            let minimum = minimise_watched(z, at, region, &rule, watch, |z| {
+            let minimum = minimise_watched(z, projected, region, &rule, watch, |z| {
                 done += 1;
-                let of = Of::AtMost(self.prepared.problem.stopping.evaluations);
-                watch.advanced(Progress { what: "evaluations", done, of });
+                let limit = Of::AtMost(self.prepared.problem.stopping.evaluations);
+                watch.advanced(Progress { what: "evaluations", done, of: limit });
                 self.project(rows, inner, &mut near, z)
             });
             evaluations += minimum.evaluations;
             iterations += minimum.iterations;
             rule.evaluations = rule.evaluations.saturating_sub(minimum.evaluations);
             if minimum.termination == Termination::Stalled && minimum.iterations > 0 {
-                (z, at) = (minimum.x, minimum.at);
+                (z, projected) = (minimum.x, minimum.at);
                 continue;
             }
             let is_converged = minimum.termination.is_converged();
@@ -302,7 +303,7 @@ impl<'a> Outer<'a> {
         }
     }
 
-    /// Whether a search without derivatives went from one point to another that lies on a plain.
+    /// Whether a search without derivatives went from one point to another on a plateau.
     fn is_flat(
         &self,
         rows: &mut Rows<'_>,
@@ -318,7 +319,7 @@ impl<'a> Outer<'a> {
         Ok(is_flat(&normal, self.prepared.problem.stopping.flat, region, last, first))
     }
 
-    /// The projected problem at z. Linear parameters are solved for from those of the problem before.
+    /// The projected problem at z. Linear parameters are solved for, starting from those of the previous problem.
     fn project(
         &self,
         rows: &mut Rows<'_>,

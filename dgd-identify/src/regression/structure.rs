@@ -1,37 +1,35 @@
-//! Which parameters enter linearly.
+//! Finds the parameters that enter linearly.
 //!
-//! Residuals are linear in a set of parameters if no derivative to one of the set changes when
-//! parameters of the set are moved. That is found out by moving them, one at a time from two points, and
-//! comparing derivatives over the samples: what the samples do not show makes no difference to a
-//! regression on them.
+//! Residuals are linear in a set of parameters if no derivative with respect to one of the set changes when parameters
+//! of the set are moved. This is tested by moving them, one at a time from two points, and comparing derivatives over
+//! the samples: nonlinearity that the samples do not show is irrelevant to a regression on them.
 //!
-//! An equation with a common factor, as ẏ = F(p)/M, is multiplied by it where more parameters enter
-//! linearly then.
+//! An equation with a common factor, such as ẏ = F(p)/M, is multiplied by it if more parameters then enter linearly.
 
 use dgd_runtime::for_identify::parameter_size;
 use dgd_runtime::model::Model;
 
 use crate::regression::rows::{RowOf, Rows};
 
-/// Samples at which derivatives are compared, about.
+/// Approximate number of samples at which derivatives are compared.
 const COMPARED: usize = 200;
-/// Derivatives that change by less than this part of their largest value do not change.
+/// Derivatives that change by less than this fraction of their largest value are constant.
 const ROUNDING: f64 = 1e-9;
-/// How far points lie from the first one, and moved parameters from the points, in sizes.
+/// Distance of points from the first one, and of moved parameters from the points, in sizes.
 const SHIFTS: [f64; 2] = [0.0, 0.17];
 const MOVE: f64 = 0.37;
-/// Up to so many parameters the largest linear set is looked for by trying all.
+/// Up to this many parameters the largest linear set is found by exhaustive search.
 const MOST_TRIED: usize = 16;
 
-/// For each free parameter, whether it is in the largest set in which all rows are linear. Rows get the
-/// multipliers that they need.
+/// For each free parameter, whether it is in the largest set in which all rows are linear. Sets the multipliers of rows
+/// that this requires.
 pub(crate) fn find_linear(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64]) -> Vec<bool> {
     let n = rows.free.len();
     let points = SHIFTS.map(|shift| Neighbourhood::of(system, rows, p, shift));
     let mut conflicts = Vec::new();
     for kind in 0..rows.kinds.len() {
         let plain = conflicts_of(&points, rows, kind, None);
-        let mut found = plain.clone();
+        let mut kind_conflicts = plain.clone();
         let is_equation = matches!(rows.kinds[kind].of, RowOf::Equation(_));
         if !plain.is_empty() && is_equation {
             let factors = rows.kinds[kind].parameters.iter().map(|(j, _)| *j);
@@ -48,10 +46,10 @@ pub(crate) fn find_linear(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64]) ->
             }
             if let Some((m, multiplied)) = best {
                 rows.kinds[kind].multiplier = Some(m);
-                found = multiplied;
+                kind_conflicts = multiplied;
             }
         }
-        conflicts.extend(found);
+        conflicts.extend(kind_conflicts);
     }
     largest_set(&table(n, &conflicts))
 }
@@ -66,7 +64,7 @@ fn table(n: usize, pairs: &[(usize, usize)]) -> Vec<Vec<bool>> {
     table
 }
 
-/// A row kind in which a parameter does not enter linearly, whatever the others do.
+/// A kind of row in which a parameter does not enter linearly, whatever the others are.
 pub(crate) fn where_nonlinear(
     system: &dyn Model,
     rows: &mut Rows<'_>,
@@ -75,8 +73,8 @@ pub(crate) fn where_nonlinear(
 ) -> usize {
     let points = SHIFTS.map(|shift| Neighbourhood::of(system, rows, p, shift));
     let involved = |kind: &usize| {
-        let found = conflicts_of(&points, rows, *kind, rows.kinds[*kind].multiplier);
-        found.iter().any(|(j, k)| *j == parameter || *k == parameter)
+        let conflicts = conflicts_of(&points, rows, *kind, rows.kinds[*kind].multiplier);
+        conflicts.iter().any(|(j, k)| *j == parameter || *k == parameter)
     };
     (0..rows.kinds.len()).find(involved).unwrap_or(0)
 }
@@ -102,14 +100,14 @@ impl Neighbourhood {
             // Not all by the same factor, which could hide quotients.
             centre[*i] = moved_by(system, *i, p[*i], shift * (1.0 + 0.1 * k as f64));
         }
-        let at = Evaluated::at(rows, &centre);
+        let moved_rows = Evaluated::at(rows, &centre);
         let moved = free.iter().map(|i| {
             let mut p = centre.clone();
             p[*i] = moved_by(system, *i, p[*i], MOVE);
             let evaluated = Evaluated::at(rows, &p);
             (p, evaluated)
         });
-        Self { at, moved: moved.collect(), p: centre }
+        Self { at: moved_rows, moved: moved.collect(), p: centre }
     }
 }
 
@@ -132,7 +130,7 @@ impl Evaluated {
         visited.is_ok().then_some(evaluated)
     }
 
-    /// The derivatives of a kind to parameter j of n, multiplied by the m-th, which is `factor`.
+    /// The derivatives of a kind with respect to parameter j of n, multiplied by the m-th, which is `factor`.
     fn derivatives(
         &self,
         kind: usize,
@@ -148,12 +146,12 @@ impl Evaluated {
     }
 }
 
-/// A parameter moved by a part of its size, within its bounds.
+/// A parameter moved by a fraction of its size, within its bounds.
 fn moved_by(system: &dyn Model, i: usize, value: f64, part: f64) -> f64 {
     let parameter = &system.signature().parameters[i];
     let step = part * parameter_size(&system, i);
     let within = |value: &f64| parameter.lower <= *value && *value <= parameter.upper;
-    // Where the bounds leave no room for the step, to the one further away.
+    // If the bounds leave no room for the step, to the more distant one.
     let further = if parameter.upper - value >= value - parameter.lower {
         parameter.upper
     } else {
@@ -162,7 +160,7 @@ fn moved_by(system: &dyn Model, i: usize, value: f64, part: f64) -> f64 {
     [value + step, value - step].into_iter().find(within).unwrap_or(further)
 }
 
-/// Pairs (j, k) of parameters for which the derivatives of a kind to the j-th change with the k-th.
+/// Pairs (j, k) of parameters for which the derivatives of a kind with respect to the j-th change with the k-th.
 fn conflicts_of(
     points: &[Neighbourhood],
     rows: &Rows<'_>,
@@ -172,13 +170,13 @@ fn conflicts_of(
     let n = rows.free.len();
     let with = |p: &[f64]| multiplier.map(|m| (m, p[rows.free[m]]));
     let read = || (0..n).filter(|j| rows.kinds[kind].has_parameter(*j));
-    let mut found = Vec::new();
+    let mut conflicts = Vec::new();
     for Neighbourhood { p, at, moved } in points {
         for k in read() {
             let (p_moved, evaluated) = &moved[k];
             for j in read() {
                 let (Some(at), Some(moved)) = (at, evaluated) else {
-                    found.push((j, k));
+                    conflicts.push((j, k));
                     continue;
                 };
                 let before = at.derivatives(kind, j, n, with(p));
@@ -189,21 +187,20 @@ fn conflicts_of(
                     size = size.max(before.abs()).max(after.abs());
                 }
                 if change > ROUNDING * size {
-                    found.push((j, k));
+                    conflicts.push((j, k));
                 }
             }
         }
     }
-    found
+    conflicts
 }
 
-/// The largest set without a conflict, the first of several; for many parameters one that cannot be
-/// made larger.
+/// The largest set without a conflict, the first of several; for many parameters one that cannot be extended.
 fn largest_set(conflicts: &[Vec<bool>]) -> Vec<bool> {
     let n = conflicts.len();
     let fits = |set: &[bool], j: usize| !(0..n).any(|k| (set[k] || k == j) && conflicts[j][k]);
     let mut best = vec![false; n];
-    // Those with the fewest conflicts first.
+    // Parameters with the fewest conflicts first.
     let mut order: Vec<usize> = (0..n).filter(|j| !conflicts[*j][*j]).collect();
     order.sort_by_key(|j| conflicts[*j].iter().filter(|conflict| **conflict).count());
     for j in order {

@@ -1,4 +1,4 @@
-//! Equations and outputs along recordings, as a regression left them.
+//! Equations and outputs along recordings, at the estimates of a regression.
 
 use crate::regression::error::RegressionError;
 use crate::regression::finish::RegressionFit;
@@ -14,10 +14,9 @@ pub struct RowTrace {
     pub recording: usize,
     /// Times of all samples, s.
     pub times: Vec<f64>,
-    /// What the readings say, SI: a slope, zero of an algebraic equation, or what was measured; NaN at
-    /// samples without the row.
+    /// The target, SI: a slope, zero for an algebraic equation, or a reading; NaN at samples without the row.
     pub target: Vec<f64>,
-    /// What is predicted with the estimates, SI.
+    /// The prediction at the estimates, SI.
     pub predicted: Vec<f64>,
 }
 
@@ -29,7 +28,7 @@ pub struct RowTrace {
 ///
 /// # Panics
 ///
-/// When the fit is that of another problem.
+/// If the fit belongs to another problem.
 pub fn traces(
     problem: &RegressionProblem<'_>,
     fit: &RegressionFit,

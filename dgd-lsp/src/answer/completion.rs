@@ -72,7 +72,7 @@ const ATTRIBUTES: [&str; 24] = [
     "smooth",
 ];
 
-/// What is expected at a position in a line.
+/// The kinds of completions at a position in a line.
 enum Wanted {
     /// Words of the language.
     Words(Vec<&'static str>),
@@ -108,8 +108,8 @@ pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Ve
         Wanted::Words(words) => keywords(&words),
         Wanted::Kinds(kinds, words) => {
             let in_sight = names.in_sight_of(SourceId(0)).into_iter().map(|id| names.symbol(id));
-            let found = in_sight.filter(|symbol| kinds.contains(&symbol.kind)).map(of_symbol);
-            found.chain(keywords(words)).collect()
+            let items = in_sight.filter(|symbol| kinds.contains(&symbol.kind)).map(of_symbol);
+            items.chain(keywords(words)).collect()
         }
         Wanted::Models => {
             let models = names.symbols().map(|(_, symbol)| symbol);
@@ -118,13 +118,13 @@ pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Ve
         Wanted::Files => files(&sources, &context.path),
         Wanted::Expression => {
             let readable = names.readable_in(SourceId(0));
-            let own = readable.into_iter().map(|id| of_symbol(names.symbol(id)));
-            own.chain(functions()).chain(attributes()).collect()
+            let items = readable.into_iter().map(|id| of_symbol(names.symbol(id)));
+            items.chain(functions()).chain(attributes()).collect()
         }
     }
 }
 
-/// What is expected after the beginning of a line.
+/// The completions after the beginning of a line.
 fn wanted(line: &str, is_effect: bool) -> Wanted {
     const READ: &[SymbolKind] = &[
         SymbolKind::Constant,
@@ -195,13 +195,15 @@ fn files(sources: &Sources, path: &str) -> Vec<CompletionItem> {
 
 /// The units that the document and its libraries declare, then those of the language.
 fn units(context: &Context<'_>) -> Vec<CompletionItem> {
-    let own = context.analysis.map_or_else(Vec::new, |a| own_units::declared(&a.asts));
-    let own = own.iter().map(|unit| {
+    let declared = context.analysis.map_or_else(Vec::new, |a| own_units::declared(&a.asts));
+    let items = declared.iter().map(|unit| {
         let detail = format!("{} {}", number(unit.value), unit.unit);
         item(&unit.symbol, CompletionItemKind::UNIT, Some(&detail))
     });
     let known = CATALOGUE.iter();
-    own.chain(known.map(|row| item(row.symbol, CompletionItemKind::UNIT, Some(row.doc)))).collect()
+    items
+        .chain(known.map(|row| item(row.symbol, CompletionItemKind::UNIT, Some(row.doc))))
+        .collect()
 }
 
 fn item(label: &str, kind: CompletionItemKind, detail: Option<&str>) -> CompletionItem {

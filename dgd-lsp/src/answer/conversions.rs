@@ -51,8 +51,8 @@ fn dimension_at(span: Span, analysis: &Analysis) -> Option<Dimension> {
     let first = |(other, _): &(&Span, &Dimension)| {
         other.source == span.source && other.start == span.start && other.end <= span.end
     };
-    let all = analysis.dimensions.iter().filter(first);
-    all.max_by_key(|(other, _)| other.end).map(|(_, dimension)| *dimension)
+    let starting = analysis.dimensions.iter().filter(first);
+    starting.max_by_key(|(other, _)| other.end).map(|(_, dimension)| *dimension)
 }
 
 /// Adds a unit to a plain number.
@@ -65,8 +65,9 @@ fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<Propo
 
 /// A dimension in the file's first spelling, else in base units.
 fn spelt(wanted: Dimension, analysis: &Analysis) -> String {
-    let own = declared(analysis).into_iter().find(|one| one.dimension == wanted && one.is_coherent);
-    own.map_or_else(|| describe(wanted), |one| one.unit.to_owned())
+    let quantity =
+        declared(analysis).into_iter().find(|one| one.dimension == wanted && one.is_coherent);
+    quantity.map_or_else(|| describe(wanted), |one| one.unit.to_owned())
 }
 
 /// Products and quotients of an expression and declared quantities that have the wanted dimension.
@@ -97,12 +98,16 @@ fn scaled(span: Span, found: Dimension, wanted: Dimension, analysis: &Analysis) 
 
 /// An expression in a title, with the middle of a long one elided.
 fn quoted(text: &str) -> String {
-    let all: Vec<char> = text.chars().filter(|c| *c != '\n').collect();
-    if all.len() <= LONGEST {
+    let characters: Vec<char> = text.chars().filter(|c| *c != '\n').collect();
+    if characters.len() <= LONGEST {
         return format!("`{text}`");
     }
     let end = |part: &[char]| part.iter().collect::<String>();
-    format!("`{}…{}`", end(&all[..LONGEST / 2]), end(&all[all.len() - LONGEST / 2..]))
+    format!(
+        "`{}…{}`",
+        end(&characters[..LONGEST / 2]),
+        end(&characters[characters.len() - LONGEST / 2..])
+    )
 }
 
 /// Whether a text can be a factor without parentheses.
@@ -129,19 +134,19 @@ struct Quantity<'a> {
 }
 
 fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
-    let mut all = Vec::new();
-    let own = own_units::all(&analysis.asts);
+    let mut quantities = Vec::new();
+    let units = own_units::all(&analysis.asts);
     visit::items(&analysis.asts[0].items, &mut |item| {
         let (ItemKind::Constant { name, unit: Some(WrittenUnit { text, .. }), .. }
         | ItemKind::Parameter { name, unit: Some(WrittenUnit { text, .. }), .. }) = &item.kind
         else {
             return;
         };
-        if let Ok(unit) = parse_unit_with(text, &own)
+        if let Ok(unit) = parse_unit_with(text, &units)
             && unit.dimension != Dimension::ONE
         {
             let is_coherent = unit.factor == 1.0 && unit.offset == 0.0;
-            all.push(Quantity {
+            quantities.push(Quantity {
                 name: &name.text,
                 unit: text,
                 dimension: unit.dimension,
@@ -149,13 +154,13 @@ fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
             });
         }
     });
-    all
+    quantities
 }
 
 /// The declared dimension of the item around a span.
 fn declared_around(place: Span, analysis: &Analysis) -> Option<Dimension> {
-    let mut found = None;
-    let own = own_units::all(&analysis.asts);
+    let mut dimension = None;
+    let units = own_units::all(&analysis.asts);
     visit::items(&analysis.asts[0].items, &mut |item| {
         let is_around = item.span.source == place.source
             && item.span.start <= place.start
@@ -169,8 +174,8 @@ fn declared_around(place: Span, analysis: &Analysis) -> Option<Dimension> {
             return;
         };
         if is_around {
-            found = unit.as_ref().and_then(|unit| parse_unit_with(&unit.text, &own).ok());
+            dimension = unit.as_ref().and_then(|unit| parse_unit_with(&unit.text, &units).ok());
         }
     });
-    found.map(|unit| unit.dimension)
+    dimension.map(|unit| unit.dimension)
 }

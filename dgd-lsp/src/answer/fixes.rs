@@ -17,9 +17,9 @@ use crate::places;
 /// The diagnostics of a document, for the first choice of each variant and for others. Those in an imported file are
 /// shown at the top of the document, with their location.
 pub(crate) fn diagnostics(analysis: &Analysis, columns: Columns) -> Vec<lsp_types::Diagnostic> {
-    let own = &analysis.diagnostics;
-    let more = analysis.others.iter().filter(|other| !own.contains(other));
-    own.iter().chain(more).map(|one| shown(one, &analysis.sources, columns)).collect()
+    let first = &analysis.diagnostics;
+    let more = analysis.others.iter().filter(|other| !first.contains(other));
+    first.iter().chain(more).map(|one| shown(one, &analysis.sources, columns)).collect()
 }
 
 fn shown(diagnostic: &Diagnostic, sources: &Sources, columns: Columns) -> lsp_types::Diagnostic {
@@ -40,7 +40,7 @@ fn shown(diagnostic: &Diagnostic, sources: &Sources, columns: Columns) -> lsp_ty
         Some(DiagnosticRelatedInformation { location, message })
     };
     let elsewhere = (!is_own).then_some(first);
-    let all: Vec<_> = elsewhere.into_iter().chain(others).filter_map(related).collect();
+    let related_errors: Vec<_> = elsewhere.into_iter().chain(others).filter_map(related).collect();
     let top = Range::new(Position::new(0, 0), Position::new(0, 0));
     lsp_types::Diagnostic {
         range: if is_own { places::range_of(first.span, sources, columns) } else { top },
@@ -48,7 +48,7 @@ fn shown(diagnostic: &Diagnostic, sources: &Sources, columns: Columns) -> lsp_ty
         code: Some(NumberOrString::String(diagnostic.code.to_string())),
         source: Some("dgd".to_owned()),
         message,
-        related_information: (!all.is_empty()).then_some(all),
+        related_information: (!related_errors.is_empty()).then_some(related_errors),
         ..Default::default()
     }
 }
@@ -106,9 +106,10 @@ fn of_mistake(
     let word = word(diagnostic, analysis).map(|(title, edits)| (title, edits, true));
     let label = label(diagnostic, analysis).map(|(title, edits)| (title, edits, true));
     let others = conversions(diagnostic, analysis).into_iter().map(guessed);
-    let all: Vec<_> = of_compiler.chain(word).chain(label).chain(others).collect();
+    let proposals: Vec<_> = of_compiler.chain(word).chain(label).chain(others).collect();
     let shown = shown(diagnostic, &analysis.sources, context.columns);
-    all.into_iter()
+    proposals
+        .into_iter()
         .map(|(title, edits, is_preferred)| CodeAction {
             title,
             kind: Some(CodeActionKind::QUICKFIX),
@@ -136,8 +137,8 @@ fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
 fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     let place = diagnostic.labels[0].span;
     let text = &analysis.sources.get(SourceId(0)).text;
-    let at = place.start as usize;
-    let start = text[..at].rfind('\n').map_or(0, |at| at + 1);
+    let position = place.start as usize;
+    let start = text[..position].rfind('\n').map_or(0, |at| at + 1);
     let line = text[start..].lines().next()?;
     let indent = line.len() - line.trim_start().len();
     let formula = line.trim_start().strip_prefix("equation ")?;
@@ -145,9 +146,9 @@ fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     if diagnostic.code != Code::E105 || code.contains(':') || !code.contains('=') {
         return None;
     }
-    let of = code.split_once("der(").and_then(|(_, rest)| rest.split(')').next());
+    let unknown = code.split_once("der(").and_then(|(_, rest)| rest.split(')').next());
     let is_name = |name: &&str| name.chars().all(|c| c.is_alphanumeric() || c == '_');
-    let first = of.filter(is_name).map_or("balance".to_owned(), |of| format!("der_{of}"));
+    let first = unknown.filter(is_name).map_or("balance".to_owned(), |of| format!("der_{of}"));
     let is_taken = |label: &String| text.contains(&format!("equation {label}"));
     let further = (2..).map(|n| format!("{first}_{n}"));
     let label = std::iter::once(first.clone()).chain(further).find(|label| !is_taken(label))?;

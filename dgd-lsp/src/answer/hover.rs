@@ -103,7 +103,7 @@ fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'
         SymbolKind::Equation | SymbolKind::Output | SymbolKind::Model | SymbolKind::Effect
     );
     let _ = match files.as_slice() {
-        // If anything uses it, files outside the project do.
+        // Files outside the project may use it.
         [] if is_read_elsewhere => Ok(()),
         [] => write!(text, "\n\nNot used"),
         files => write!(text, "\n\nUsed {times}, in {}", files.join(", ")),
@@ -113,13 +113,13 @@ fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'
 
 /// The innermost item around a span.
 fn item_around(ast: &Ast, place: Span) -> Option<&Item> {
-    let mut found = None;
+    let mut innermost = None;
     visit::items(&ast.items, &mut |item| {
         if item.span.start <= place.start && place.end <= item.span.end {
-            found = Some(item);
+            innermost = Some(item);
         }
     });
-    found
+    innermost
 }
 
 /// The value of a constant or parameter of the document, in its unit; the typeset equation of a label.
@@ -132,8 +132,8 @@ fn value_of(symbol: &Symbol, sources: &Sources, context: &Context<'_>) -> Option
     let model = analysis.model.as_ref()?;
     let constants = model.constants.iter().map(|one| (&one.declared, one.value));
     let parameters = model.parameters.iter().map(|one| (&one.declared, one.value));
-    let found = constants.chain(parameters).find(|(declared, _)| declared.name == *name);
-    if let Some((declared, si)) = found {
+    let entry = constants.chain(parameters).find(|(declared, _)| declared.name == *name);
+    if let Some((declared, si)) = entry {
         let unit = &declared.unit;
         return Some(format!("= {} {}", unit.from_si(si), unit.symbol));
     }

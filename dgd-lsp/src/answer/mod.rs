@@ -50,7 +50,7 @@ impl Context<'_> {
     }
 }
 
-/// What this server can do.
+/// The capabilities of this server.
 pub(crate) fn capabilities(encoding: PositionEncodingKind) -> ServerCapabilities {
     let words = |all: &[&str]| Some(all.iter().map(ToString::to_string).collect());
     let legend = SemanticTokensLegend {

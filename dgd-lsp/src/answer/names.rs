@@ -36,8 +36,8 @@ pub(super) fn definition(
 pub(super) fn references(params: &ReferenceParams, context: &Context<'_>) -> Option<Vec<Location>> {
     let (names, sources, one) = found(&params.text_document_position, context)?;
     let with_declarations = params.context.include_declaration;
-    let all = names.uses_of(one.symbol).filter(|one| with_declarations || !one.declares);
-    Some(all.filter_map(|one| places::location(one.span, &sources, context.columns)).collect())
+    let uses = names.uses_of(one.symbol).filter(|one| with_declarations || !one.declares);
+    Some(uses.filter_map(|one| places::location(one.span, &sources, context.columns)).collect())
 }
 
 pub(super) fn prepare(

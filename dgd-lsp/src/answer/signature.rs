@@ -56,7 +56,7 @@ pub(super) fn signature(
 /// The arguments of a function, with their units, and its documentation.
 fn arguments_of(name: &str, context: &Context<'_>) -> Option<(Vec<String>, String)> {
     let analysis = context.analysis?;
-    let mut found = None;
+    let mut declaration = None;
     for ast in &analysis.asts {
         visit::items(&ast.items, &mut |item| {
             let (ItemKind::Function { name: own, arguments, .. }
@@ -64,17 +64,17 @@ fn arguments_of(name: &str, context: &Context<'_>) -> Option<(Vec<String>, Strin
             else {
                 return;
             };
-            if own.text == name && found.is_none() {
+            if own.text == name && declaration.is_none() {
                 let shown = arguments.iter().map(|argument| match &argument.unit {
                     Some(unit) => format!("{} [{}]", argument.name.text, unit.text),
                     None => argument.name.text.clone(),
                 });
-                found = Some((shown.collect(), item.doc.join("\n")));
+                declaration = Some((shown.collect(), item.doc.join("\n")));
             }
         });
     }
     let plain = |all: &[&str]| all.iter().map(ToString::to_string).collect();
-    found.or_else(|| match name {
+    declaration.or_else(|| match name {
         "der" => Some((plain(&["state"]), "the derivative to time of a state".to_owned())),
         "delay" => Some((plain(&["value", "time"]), "what it was so long ago".to_owned())),
         _ => {

@@ -34,7 +34,7 @@ pub(super) fn symbols(context: &Context<'_>) -> Vec<DocumentSymbol> {
 }
 
 fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<DocumentSymbol> {
-    let mut all = Vec::new();
+    let mut entries = Vec::new();
     for item in items {
         let mut children = Vec::new();
         let (name, kind): (&Name, _) = match &item.kind {
@@ -71,22 +71,23 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
             | ItemKind::Saturate { .. } => continue,
         };
         let range = places::range_of(item.span, sources, context.columns);
-        let own = places::range_of(name.span, sources, context.columns);
+        let selection = places::range_of(name.span, sources, context.columns);
         // The placeholder of an unreadable item may cover only its name.
-        let range = lsp_types::Range::new(range.start.min(own.start), range.end.max(own.end));
+        let range =
+            lsp_types::Range::new(range.start.min(selection.start), range.end.max(selection.end));
         #[allow(deprecated)] // The field has no default.
-        all.push(DocumentSymbol {
+        entries.push(DocumentSymbol {
             name: name.text.clone(),
             detail: (!item.doc.is_empty()).then(|| item.doc.join(" ")),
             kind,
             tags: None,
             deprecated: None,
             range,
-            selection_range: own,
+            selection_range: selection,
             children: Some(children),
         });
     }
-    all
+    entries
 }
 
 /// Commands to run with a model, above its first line: the editor runs `dgd COMMAND PATH`.
@@ -126,11 +127,11 @@ pub(super) fn folding(context: &Context<'_>) -> Vec<FoldingRange> {
         let byte = byte as usize;
         places::range(text, byte..byte, context.columns).start.line
     };
-    let mut all = Vec::new();
+    let mut ranges = Vec::new();
     let mut fold = |start, end, kind| {
         if start < end {
             let (start_line, end_line) = (start, end);
-            all.push(FoldingRange { start_line, end_line, kind, ..Default::default() });
+            ranges.push(FoldingRange { start_line, end_line, kind, ..Default::default() });
         }
     };
     let (mut open, mut remark) = (Vec::new(), None);
@@ -143,14 +144,14 @@ pub(super) fn folding(context: &Context<'_>) -> Vec<FoldingRange> {
                 }
             }
             TokenKind::Doc | TokenKind::Comment => {
-                let own = line(token.start);
+                let this_line = line(token.start);
                 remark = match remark {
-                    Some((start, last)) if last + 1 == own => Some((start, own)),
+                    Some((start, last)) if last + 1 == this_line => Some((start, this_line)),
                     Some((start, last)) => {
                         fold(start, last, Some(FoldingRangeKind::Comment));
-                        Some((own, own))
+                        Some((this_line, this_line))
                     }
-                    None => Some((own, own)),
+                    None => Some((this_line, this_line)),
                 };
             }
             _ => {}
@@ -159,7 +160,7 @@ pub(super) fn folding(context: &Context<'_>) -> Vec<FoldingRange> {
     if let Some((start, last)) = remark {
         fold(start, last, Some(FoldingRangeKind::Comment));
     }
-    all
+    ranges
 }
 
 /// The canonical layout; `None` if the text cannot be parsed.
@@ -188,8 +189,8 @@ pub(super) fn semantic_tokens(context: &Context<'_>) -> SemanticTokens {
             TokenKind::Number => 2,
             TokenKind::Unit => 3,
             TokenKind::Name => {
-                let found = names.at(SourceId(0), token.start);
-                match found
+                let symbol_use = names.at(SourceId(0), token.start);
+                match symbol_use
                     .filter(|one| one.span.start <= token.start && token.start < one.span.end)
                 {
                     None if text[token.end as usize..].starts_with('(') => 5,

@@ -82,11 +82,11 @@ type Edits = BTreeMap<String, Vec<Value>>;
 /// symbols.
 fn renamed(nth: usize) -> (Vec<Edits>, usize) {
     let mut editor = Editor::new(&models(), "utf-16");
-    let own = Files { folders: vec![models().display().to_string()], ..Files::default() };
+    let project = Files { folders: vec![models().display().to_string()], ..Files::default() };
     let mut rounds: Vec<(Edits, BTreeSet<String>)> = Vec::new();
     let (mut n_seen, mut n_renamed) = (0, 0);
     for path in files() {
-        let (names, sources) = own.names(&path.display().to_string());
+        let (names, sources) = project.names(&path.display().to_string());
         let text = &sources.get(SourceId(0)).text;
         for (_, symbol) in names.symbols().filter(|(_, one)| one.declared.source == SourceId(0)) {
             n_seen += 1;
@@ -106,8 +106,8 @@ fn renamed(nth: usize) -> (Vec<Edits>, usize) {
             n_renamed += 1;
             let mut edits: Vec<(String, Value)> = Vec::new();
             for (uri, of_file) in changes {
-                let all = of_file.as_array().expect("edits").iter();
-                edits.extend(all.map(|edit| (uri.clone(), edit.clone())));
+                let of_uri = of_file.as_array().expect("edits").iter();
+                edits.extend(of_uri.map(|edit| (uri.clone(), edit.clone())));
             }
             // A position that two symbols share, such as an output and the state that it reads, is changed in two
             // rounds.
@@ -143,15 +143,15 @@ fn changed(edits: &Edits) -> Files {
 
 /// Errors in any file.
 fn mistakes(project: &Files) -> Vec<String> {
-    let mut all = Vec::new();
+    let mut mistakes = Vec::new();
     for path in files() {
         let analysis = looked_at(&path, project);
         for one in analysis.diagnostics.iter().chain(&analysis.others) {
             let words = format!("{}: {}: {}", path.display(), one.code, one.message);
-            all.push(words);
+            mistakes.push(words);
         }
     }
-    all
+    mistakes
 }
 
 #[test]
@@ -178,10 +178,10 @@ fn every_name_can_be_another() {
         if let Some(folder) = &folder {
             for path in files() {
                 let text = project.read(&path.display().to_string()).expect("a text");
-                let own = path.strip_prefix(models()).expect("a model");
-                let to = folder.join(round.to_string()).join(own);
-                fs::create_dir_all(to.parent().expect("a folder")).expect("a place to write");
-                fs::write(to, text).expect("a place to write");
+                let relative = path.strip_prefix(models()).expect("a model");
+                let target = folder.join(round.to_string()).join(relative);
+                fs::create_dir_all(target.parent().expect("a folder")).expect("a place to write");
+                fs::write(target, text).expect("a place to write");
             }
         }
         let wrong = mistakes(&project);
@@ -196,12 +196,12 @@ fn a_character_of_two_units_is_counted_as_two() {
     for (encoding, places) in [("utf-8", [(24, 28), (33, 37)]), ("utf-16", [(24, 26), (31, 33)])] {
         let mut editor = Editor::new(&models(), encoding);
         let path = models().join("not saved.dgd");
-        let found = editor.open(&path, text);
+        let diagnostics = editor.open(&path, text);
         let mut changes = Vec::new();
-        for (one, (start, end)) in found.as_array().expect("mistakes").iter().zip(places) {
-            let at = |character: u32| json!({ "line": 3, "character": character });
-            let range = json!({ "start": at(start), "end": at(end) });
-            assert_eq!(one["code"], "E101", "{found}");
+        for (one, (start, end)) in diagnostics.as_array().expect("mistakes").iter().zip(places) {
+            let position = |character: u32| json!({ "line": 3, "character": character });
+            let range = json!({ "start": position(start), "end": position(end) });
+            assert_eq!(one["code"], "E101", "{diagnostics}");
             assert_eq!(one["range"], range, "{encoding}");
             changes.push(json!({ "range": range, "text": "τ" }));
         }

@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 use super::{Editor, address, edited, model, models};
 
 fn labels(answer: &Value) -> Vec<String> {
-    let all = answer.as_array().expect("a list").iter();
-    all.filter_map(|one| Some(one["label"].as_str()?.to_owned())).collect()
+    let items = answer.as_array().expect("a list").iter();
+    items.filter_map(|one| Some(one["label"].as_str()?.to_owned())).collect()
 }
 
 #[test]
@@ -24,9 +24,9 @@ fn what_can_be_written_is_proposed() {
         ("[m/s^2]", 1, "bar"),
         ("constant g", 3, "parameter"),
     ] {
-        let at = editor.at(&path, &text, what, skip);
-        let found = labels(&editor.ask("textDocument/completion", at));
-        assert!(found.iter().any(|label| label == expected), "{expected}: {found:?}");
+        let position = editor.at(&path, &text, what, skip);
+        let completions = labels(&editor.ask("textDocument/completion", position));
+        assert!(completions.iter().any(|label| label == expected), "{expected}: {completions:?}");
     }
     editor.end();
 }
@@ -53,36 +53,42 @@ fn an_effect_is_completed_word_by_word() {
         let text = format!("{head}parameter wear [1/h] = 0\n{line}");
         let text = if head.is_empty() { line.to_owned() } else { text };
         editor.open(&path, &text);
-        let at = editor.at(&path, &format!("{text}\u{0}"), "\u{0}", 0);
-        let found = labels(&editor.ask("textDocument/completion", at));
-        assert!(found.iter().any(|label| label == expected), "{line}{expected}: {found:?}");
-        assert!(!found.iter().any(|label| label == not), "{line}{not}: {found:?}");
+        let position = editor.at(&path, &format!("{text}\u{0}"), "\u{0}", 0);
+        let completions = labels(&editor.ask("textDocument/completion", position));
+        assert!(
+            completions.iter().any(|label| label == expected),
+            "{line}{expected}: {completions:?}"
+        );
+        assert!(!completions.iter().any(|label| label == not), "{line}{not}: {completions:?}");
     }
     for (line, expected) in [("import \"", "lib/"), ("part p: ", "mud_circulation")] {
         let path = models().join("not saved.dgd");
         let text = format!("model m\n{line}");
         editor.open(&path, &text);
-        let at = editor.at(&path, &format!("{text}\u{0}"), "\u{0}", 0);
-        let found = labels(&editor.ask("textDocument/completion", at));
-        assert!(found.iter().any(|label| label.starts_with(expected)), "{line}: {found:?}");
+        let position = editor.at(&path, &format!("{text}\u{0}"), "\u{0}", 0);
+        let completions = labels(&editor.ask("textDocument/completion", position));
+        assert!(
+            completions.iter().any(|label| label.starts_with(expected)),
+            "{line}: {completions:?}"
+        );
     }
     editor.end();
 }
 
 /// The titles of the proposals for the first error of a text, and the text after each.
 fn proposals(editor: &mut Editor, path: &Path, text: &str) -> Vec<(String, String)> {
-    let found = editor.open(path, text);
-    let range = found[0]["range"].clone();
+    let diagnostics = editor.open(path, text);
+    let range = diagnostics[0]["range"].clone();
     let document = json!({ "uri": address(path) });
     let context = json!({ "diagnostics": [], "only": ["quickfix"] });
     let params = json!({ "textDocument": document, "range": range, "context": context });
     let actions = editor.ask("textDocument/codeAction", params);
-    let all = actions.as_array().expect("a list").iter().map(|action| {
+    let titles = actions.as_array().expect("a list").iter().map(|action| {
         let title = action["title"].as_str().expect("a title").to_owned();
         let edits = &action["edit"]["changes"][address(path)];
         (title, edited(text, edits, editor.columns))
     });
-    all.collect()
+    titles.collect()
 }
 
 #[test]
@@ -105,9 +111,10 @@ fn a_correction_that_is_taken_leaves_the_text_sound() {
         ("let x [kgm] = 2 [kg*m]", "Write `kg*m`", "x [kg*m]"),
     ] {
         let text = format!("{head}{line}\n");
-        let all = proposals(&mut editor, &path, &text);
-        let found = all.iter().find(|(own, _)| own == title);
-        let (_, new) = found.unwrap_or_else(|| panic!("{line}: {title} is not among {all:?}"));
+        let offered = proposals(&mut editor, &path, &text);
+        let proposal = offered.iter().find(|(own, _)| own == title);
+        let (_, new) =
+            proposal.unwrap_or_else(|| panic!("{line}: {title} is not among {offered:?}"));
         assert!(new.contains(fixed), "{new}");
         let left = editor.open(&path, new);
         let units = |one: &Value| {
@@ -132,9 +139,9 @@ fn a_mistake_in_another_choice_can_be_corrected() {
     assert_eq!(later[0]["code"], "E301", "{later}");
     let place = text.find("2 }").expect("the mistake");
     let (line, character) = Lines::of(text).position(text, place, editor.columns);
-    let at = json!({ "line": line, "character": character });
+    let position = json!({ "line": line, "character": character });
     let params = json!({ "textDocument": { "uri": address(&path) }, "context": { "diagnostics": [] },
-                         "range": { "start": at, "end": at } });
+                         "range": { "start": position, "end": position } });
     let actions = editor.ask("textDocument/codeAction", params);
     assert_eq!(actions[0]["title"], "Write `2 [m/s]`", "{actions}");
     editor.end();

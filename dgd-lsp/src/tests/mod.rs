@@ -33,8 +33,8 @@ impl Editor {
         let (own, other) = Connection::memory();
         let server = thread::spawn(move || serve(&other).expect("a session"));
         let columns = if encoding == "utf-8" { Columns::Utf8 } else { Columns::Utf16 };
-        let told = BTreeMap::new();
-        let mut editor = Editor { connection: own, server, next: 0, told, columns };
+        let diagnostics = BTreeMap::new();
+        let mut editor = Editor { connection: own, server, next: 0, told: diagnostics, columns };
         let root = uri_of(&folder.display().to_string()).expect("an address");
         let general = json!({ "general": { "positionEncodings": [encoding] } });
         let answer =
@@ -132,19 +132,19 @@ fn models() -> PathBuf {
 /// All files of the repository, in order.
 fn files() -> Vec<PathBuf> {
     let mut folders = vec![models()];
-    let mut all = Vec::new();
+    let mut paths = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).expect("a folder") {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|ending| ending == "dgd") {
-                all.push(path);
+                paths.push(path);
             }
         }
     }
-    all.sort();
-    all
+    paths.sort();
+    paths
 }
 
 fn model(name: &str) -> (PathBuf, String) {
@@ -160,7 +160,7 @@ fn edited(text: &str, edits: &Value, columns: Columns) -> String {
         let number = |key: &str| at[key].as_u64().expect("a number") as usize;
         lines.byte(text, number("line"), number("character"), columns)
     };
-    let mut all: Vec<(usize, usize, &str)> = edits
+    let mut changes: Vec<(usize, usize, &str)> = edits
         .as_array()
         .expect("edits")
         .iter()
@@ -170,9 +170,9 @@ fn edited(text: &str, edits: &Value, columns: Columns) -> String {
             (byte(&range["start"]), byte(&range["end"]), new)
         })
         .collect();
-    all.sort_unstable();
+    changes.sort_unstable();
     let mut edited = text.to_owned();
-    for (start, end, new) in all.into_iter().rev() {
+    for (start, end, new) in changes.into_iter().rev() {
         edited.replace_range(start..end, new);
     }
     edited
@@ -185,9 +185,9 @@ fn mistakes_come_with_places_and_fixes_while_one_types() {
         let path = models().join("not saved/größe.dgd");
         let text = "model greek\n/// τ\nparameter τ_größe [s] = 3\nstate Δx [m] = 1\n\
                     equation e: der(Δx) = -Δx/τ_größ\n";
-        let found = editor.open(&path, text);
-        assert_eq!(found.as_array().expect("a list").len(), 1, "{found}");
-        let range = found[0]["range"].clone();
+        let diagnostics = editor.open(&path, text);
+        assert_eq!(diagnostics.as_array().expect("a list").len(), 1, "{diagnostics}");
+        let range = diagnostics[0]["range"].clone();
         let start = text.find("τ_größ\n").expect("the mistake");
         let (line, character) = Lines::of(text).position(text, start, editor.columns);
         assert_eq!(range["start"], json!({ "line": line, "character": character }));
@@ -215,17 +215,17 @@ fn what_is_under_the_cursor_is_told() {
     let mut editor = Editor::new(&models(), "utf-16");
     let (path, text) = model("mud_circulation.dgd");
     assert_eq!(editor.open(&path, &text), json!([]));
-    let at = editor.at(&path, &text, "M = M_ssp }", 4);
-    let hover = editor.ask("textDocument/hover", at.clone());
-    let said = hover["contents"]["value"].as_str().expect("a text");
+    let position = editor.at(&path, &text, "M = M_ssp }", 4);
+    let hover = editor.ask("textDocument/hover", position.clone());
+    let hover_text = hover["contents"]["value"].as_str().expect("a text");
     for part in ["parameter M_ssp [kg/m^4]", "= 110000000 kg/m^4", "Used", "is in `kg/m^4`"] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(hover_text.contains(part), "{part}: {hover_text}");
     }
     let label = editor.at(&path, &text, "riser:", 0);
     let hover = editor.ask("textDocument/hover", label);
-    let said = hover["contents"]["value"].as_str().expect("a text");
-    assert!(said.contains("$$\n") && said.contains("\\dot{h}"), "{said}");
-    let declared = editor.ask("textDocument/definition", at);
+    let shown = hover["contents"]["value"].as_str().expect("a text");
+    assert!(shown.contains("$$\n") && shown.contains("\\dot{h}"), "{shown}");
+    let declared = editor.ask("textDocument/definition", position);
     let line = text.lines().position(|line| line.starts_with("parameter M_ssp")).expect("it is");
     assert_eq!(declared[0]["range"]["start"]["line"], line);
     let document = json!({ "textDocument": { "uri": address(&path) } });
@@ -291,8 +291,8 @@ fn an_effect_knows_its_model_where_only_its_folder_is_open() {
     let mut editor = Editor::new(&models().join("effects"), "utf-16");
     let (path, text) = model("effects/pump_wear.dgd");
     assert_eq!(editor.open(&path, &text), json!([]));
-    let at = editor.at(&path, &text, "replace c0", 8);
-    let declared = editor.ask("textDocument/definition", at);
+    let position = editor.at(&path, &text, "replace c0", 8);
+    let declared = editor.ask("textDocument/definition", position);
     assert_eq!(declared[0]["uri"], address(&models().join("mud_circulation.dgd")), "{declared}");
     editor.end();
 }
@@ -309,8 +309,8 @@ fn a_request_that_crashes_gets_an_error_and_loses_no_document() {
     editor.tell("textDocument/didChange", json!({ "textDocument": 3 }));
     let response = serde_json::to_value(editor.response("dgd/other", json!({}))).expect("JSON");
     assert_eq!(response["error"]["code"], -32601, "{response}");
-    let at = editor.at(&path, &text, "theta [deg]", 0);
-    let hover = editor.ask("textDocument/hover", at);
+    let position = editor.at(&path, &text, "theta [deg]", 0);
+    let hover = editor.ask("textDocument/hover", position);
     assert!(hover["contents"]["value"].as_str().is_some_and(|said| said.contains("theta")));
     editor.end();
 }

@@ -63,9 +63,10 @@ fn play(editor: &Connection, message: &Value) -> Option<Value> {
 fn in_order(value: Value) -> Value {
     match value {
         Value::Object(all) => {
-            let mut all: Vec<_> = all.into_iter().map(|(key, one)| (key, in_order(one))).collect();
-            all.sort_by(|(a, _), (b, _)| a.cmp(b));
-            Value::Object(all.into_iter().collect())
+            let mut sorted: Vec<_> =
+                all.into_iter().map(|(key, one)| (key, in_order(one))).collect();
+            sorted.sort_by(|(a, _), (b, _)| a.cmp(b));
+            Value::Object(sorted.into_iter().collect())
         }
         Value::Array(all) => all.into_iter().map(in_order).collect(),
         other => other,

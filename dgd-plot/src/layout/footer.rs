@@ -48,19 +48,19 @@ impl Footer {
     pub(super) fn draw(&self, x: &Axis, corner: Point, marks: &mut Vec<Mark>) {
         let tick_base = corner.1 + TICK_LENGTH + TICK_GAP + 0.8 * TICK_SIZE;
         for tick in &x.ticks {
-            let at = (corner.0 + tick.fraction * self.axes_width, tick_base);
-            marks.push(text(tick.label.clone(), at, Anchor::Middle, TICK_SIZE));
+            let position = (corner.0 + tick.fraction * self.axes_width, tick_base);
+            marks.push(text(tick.label.clone(), position, Anchor::Middle, TICK_SIZE));
         }
         let mut base = corner.1 + TICK_LENGTH + TICK_GAP + LINE_HEIGHT * TICK_SIZE;
         for line in &self.label {
             base += LINE_HEIGHT * LABEL_SIZE;
-            let at = (corner.0 + 0.5 * self.axes_width, base - DESCENT * LABEL_SIZE);
-            marks.push(text(line.clone(), at, Anchor::Middle, LABEL_SIZE));
+            let position = (corner.0 + 0.5 * self.axes_width, base - DESCENT * LABEL_SIZE);
+            marks.push(text(line.clone(), position, Anchor::Middle, LABEL_SIZE));
         }
         if !x.common.is_empty() {
             let base = corner.1 + self.common_line - DESCENT * LABEL_SIZE;
-            let at = (corner.0 + self.axes_width, base);
-            marks.push(text(x.common.clone(), at, Anchor::End, TICK_SIZE));
+            let position = (corner.0 + self.axes_width, base);
+            marks.push(text(x.common.clone(), position, Anchor::End, TICK_SIZE));
         }
     }
 }

@@ -32,9 +32,9 @@ pub(super) fn placed(
 ) -> Vec<Mark> {
     let mut labels: Vec<(Point, &Label, Pen)> = Vec::new();
     for (series, pen) in panel.series.iter().zip(pens) {
-        let seen = series.labels.iter().map(|label| (place(label.x, label.y), label));
-        let seen = seen.filter(|((x, y), _)| x.is_finite() && y.is_finite());
-        labels.extend(seen.map(|((x, y), label)| ((x + GAP, y), label, *pen)));
+        let placed = series.labels.iter().map(|label| (place(label.x, label.y), label));
+        let visible = placed.filter(|((x, y), _)| x.is_finite() && y.is_finite());
+        labels.extend(visible.map(|((x, y), label)| ((x + GAP, y), label, *pen)));
     }
     labels.sort_by(|((_, a), ..), ((_, b), ..)| a.total_cmp(b));
     let ends = |at: f64, label: &Label| (at, at + font.width(&label.text, TICK_SIZE));

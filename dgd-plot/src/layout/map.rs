@@ -81,17 +81,17 @@ impl<'a> PlacedMap<'a> {
 
     /// For each column of cells, the sample nearest to its centre; `None` beyond the first and last.
     fn columns(&self, x: &Axis, width: f64) -> Vec<Option<usize>> {
-        let at: Vec<f64> = self.map.x.iter().map(|&at| x.fraction(at) * width).collect();
-        let (Some(&first), Some(&last)) = (at.first(), at.last()) else { return Vec::new() };
+        let edges: Vec<f64> = self.map.x.iter().map(|&at| x.fraction(at) * width).collect();
+        let (Some(&first), Some(&last)) = (edges.first(), edges.last()) else { return Vec::new() };
         let nearest = |column: usize| {
             let middle = (column * CELL) as f64 + 0.5 * CELL as f64;
             if middle < first - CELL as f64 || middle > last + CELL as f64 {
                 return None;
             }
-            let next = at.partition_point(|x| *x < middle);
+            let next = edges.partition_point(|x| *x < middle);
             let before = next.saturating_sub(1);
-            let next = next.min(at.len() - 1);
-            let is_before = (middle - at[before]).abs() <= (at[next] - middle).abs();
+            let next = next.min(edges.len() - 1);
+            let is_before = (middle - edges[before]).abs() <= (edges[next] - middle).abs();
             Some(if is_before { before } else { next })
         };
         (0..(width / CELL as f64).ceil() as usize).map(nearest).collect()
@@ -140,12 +140,12 @@ impl<'a> PlacedMap<'a> {
         marks.push(Mark::Lines { lines, pen: AXIS });
         for tick in &self.scale.ticks {
             let base = y(tick.fraction) + HALF_DIGIT * TICK_SIZE;
-            let at = (right + TICK_LENGTH + TICK_GAP, base);
-            marks.push(text(tick.label.clone(), at, Anchor::Start, TICK_SIZE));
+            let position = (right + TICK_LENGTH + TICK_GAP, base);
+            marks.push(text(tick.label.clone(), position, Anchor::Start, TICK_SIZE));
         }
         if !self.scale.common.is_empty() {
-            let at = (left, top - HEADER_GAP);
-            marks.push(text(self.scale.common.clone(), at, Anchor::Start, TICK_SIZE));
+            let position = (left, top - HEADER_GAP);
+            marks.push(text(self.scale.common.clone(), position, Anchor::Start, TICK_SIZE));
         }
     }
 }

@@ -55,8 +55,8 @@ pub(crate) fn scene(figure: &Figure) -> Scene {
     let middle = 0.5 * width;
     for line in wrap(&figure.title, &font, FIGURE_TITLE_SIZE, width - 2.0 * MARGIN) {
         top += LINE_HEIGHT * FIGURE_TITLE_SIZE;
-        let at = (middle, top - DESCENT * FIGURE_TITLE_SIZE);
-        marks.push(text(line, at, Anchor::Middle, FIGURE_TITLE_SIZE));
+        let position = (middle, top - DESCENT * FIGURE_TITLE_SIZE);
+        marks.push(text(line, position, Anchor::Middle, FIGURE_TITLE_SIZE));
     }
     if let Some(entries) = common_legend {
         let rows = legend::Rows::new(&entries, &font, width - 2.0 * MARGIN);

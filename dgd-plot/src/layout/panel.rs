@@ -189,8 +189,8 @@ impl<'a> PlacedPanel<'a> {
 
         for tick in &self.y.ticks {
             let base = y_place(tick.fraction) + HALF_DIGIT * TICK_SIZE;
-            let at = (left - TICK_LENGTH - TICK_GAP, base);
-            marks.push(text(tick.label.clone(), at, Anchor::End, TICK_SIZE));
+            let position = (left - TICK_LENGTH - TICK_GAP, base);
+            marks.push(text(tick.label.clone(), position, Anchor::End, TICK_SIZE));
         }
         let label_right = left - TICK_LENGTH - TICK_GAP - tick_width - LABEL_GAP;
         for (i, line) in self.label.iter().rev().enumerate() {
@@ -250,8 +250,8 @@ impl<'a> PlacedPanel<'a> {
             base -= LINE_HEIGHT * TITLE_SIZE;
         }
         if !self.y.common.is_empty() {
-            let at = (origin.0, origin.1 - HEADER_GAP);
-            marks.push(text(self.y.common.clone(), at, Anchor::Start, TICK_SIZE));
+            let position = (origin.0, origin.1 - HEADER_GAP);
+            marks.push(text(self.y.common.clone(), position, Anchor::Start, TICK_SIZE));
         }
     }
 }

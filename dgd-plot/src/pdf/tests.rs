@@ -31,8 +31,8 @@ fn scene() -> Scene {
 }
 
 fn find(bytes: &[u8], text: &str) -> usize {
-    let at = bytes.windows(text.len()).position(|window| window == text.as_bytes());
-    at.unwrap_or_else(|| panic!("there is no `{text}`"))
+    let position = bytes.windows(text.len()).position(|window| window == text.as_bytes());
+    position.unwrap_or_else(|| panic!("there is no `{text}`"))
 }
 
 /// The content of the page.

@@ -72,19 +72,19 @@ pub(super) fn write(
                 _ => first.len_utf8(),
             };
             let (piece, next) = rest.split_at(length);
-            let at = placed.point(along, below);
+            let point = placed.point(along, below);
             match kind {
-                Some(Code::Latin(_)) => write_latin(out, piece, em, at, placed)?,
+                Some(Code::Latin(_)) => write_latin(out, piece, em, point, placed)?,
                 Some(Code::Symbol(code, width)) => {
                     // Stretched to the width in the embedded font, with which everything is placed.
                     let stretch = 100.0 * font.advance(first) / (width / 1000.0);
-                    let (axes, at) = (placed.axes(), pair(at));
+                    let (axes, point) = (placed.axes(), pair(point));
                     write!(out, "BT /{SYMBOL} {} Tf {} Tz ", number(em), number(stretch))?;
-                    writeln!(out, "{axes} {at} Tm <{code:02x}> Tj 100 Tz ET")?;
+                    writeln!(out, "{axes} {point} Tm <{code:02x}> Tj 100 Tz ET")?;
                 }
                 None => {
-                    let (axes, at) = (placed.outline_axes(), pair(at));
-                    write!(out, "q {axes} {at} cm ")?;
+                    let (axes, point) = (placed.outline_axes(), pair(point));
+                    write!(out, "q {axes} {point} cm ")?;
                     let mut outline = Outline { out: &mut *out, last: (0.0, 0.0) };
                     font.draw(&Text::plain(piece), em, &mut outline);
                     writeln!(out, "f Q")?;

@@ -47,7 +47,7 @@ impl fmt::Display for DomainEnd {
     }
 }
 
-/// The nearest end of the values of row `row` of f along one of its unknowns, of which `sizes` are known.
+/// The nearest end of the values of row `row` of f along one of its unknowns, given the `sizes` of these.
 pub(crate) fn domain_end<S: Solved>(
     system: &S,
     at: Point<'_>,
@@ -57,9 +57,9 @@ pub(crate) fn domain_end<S: Solved>(
     let signature = system.signature();
     let (mut y, mut f) = (at.y.to_vec(), S::Vector::zeros(at.y.len()));
     let mut has_value = |i: usize, value: f64| {
-        let own = std::mem::replace(&mut y[i], value);
+        let original = std::mem::replace(&mut y[i], value);
         system.rhs(Point { y: &y, ..at }, f.as_mut());
-        y[i] = own;
+        y[i] = original;
         f.as_ref()[row].is_finite()
     };
     let mut nearest: Option<(f64, usize, f64)> = None;

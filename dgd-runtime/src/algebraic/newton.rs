@@ -96,12 +96,12 @@ impl<S: Solved> Algebraic<S> {
             let not_finite = self.f.as_ref().iter().position(|f| !f.is_finite()).or_else(|| {
                 let mut entries = pattern.positions().zip(jacobian.iter());
                 let mass = self.mass.as_ref();
-                let found = entries.find(|((row, _), j)| mass[*row] == 0.0 && !j.is_finite());
-                found.map(|((row, _), _)| row)
+                let undefined = entries.find(|((row, _), j)| mass[*row] == 0.0 && !j.is_finite());
+                undefined.map(|((row, _), _)| row)
             });
             if let Some(row) = not_finite {
-                let at = readings(system, Point { t, y, u: u.at(y), p, z }, row);
-                return Err(InitialError::NotFinite { equation: equation(row), t, at });
+                let operands = readings(system, Point { t, y, u: u.at(y), p, z }, row);
+                return Err(InitialError::NotFinite { equation: equation(row), t, at: operands });
             }
             if self.f.as_ref().iter().all(|f| *f == 0.0) {
                 return Ok(());
@@ -124,8 +124,8 @@ impl<S: Solved> Algebraic<S> {
                 }
                 if nudges == most_nudges {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
-                    let at = Point { t, y, u: u.at(y), p, z };
-                    return Err(self.singular(system, at, row, jacobian, sizes));
+                    let point = Point { t, y, u: u.at(y), p, z };
+                    return Err(self.singular(system, point, row, jacobian, sizes));
                 }
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
@@ -160,12 +160,12 @@ impl<S: Solved> Algebraic<S> {
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
             } else {
-                let at = Point { t, y, u: u.at(y), p, z };
-                return Err(self.not_converged(system, at, weights, jacobian, iteration));
+                let point = Point { t, y, u: u.at(y), p, z };
+                return Err(self.not_converged(system, point, weights, jacobian, iteration));
             }
         }
-        let at = Point { t, y, u: u.at(y), p, z };
-        Err(self.not_converged(system, at, weights, jacobian, MOST_ITERATIONS))
+        let point = Point { t, y, u: u.at(y), p, z };
+        Err(self.not_converged(system, point, weights, jacobian, MOST_ITERATIONS))
     }
 
     /// Moves algebraic unknowns by their sizes: q|q| has zero slope at a guess of zero, and almost none near it.

@@ -40,7 +40,8 @@ const MOST_CHANGES: usize = 20;
 /// one by one.
 const MOST_STARTS: u32 = 4;
 const BESIDE: f64 = 1e-3;
-/// What is added of each unknown to equations of a piece that leave it undetermined, in their largest coefficients.
+/// Share of each unknown added to equations of a piece that leave it undetermined, relative to their largest
+/// coefficients.
 const A_LITTLE: f64 = 1e-9;
 /// Tolerances need not be smaller for the choice of pieces, which is disturbed by rounding.
 const LEAST: f64 = 1e-9;
@@ -83,17 +84,17 @@ impl Heading {
 
 impl Pieces {
     pub(crate) fn new(discrete: &Discrete, n: usize) -> Self {
-        let mut all: Vec<Piece> = Vec::new();
+        let mut pieces: Vec<Piece> = Vec::new();
         for (event, (automaton, _)) in discrete.transitions().enumerate() {
-            let is_first = all.last().is_none_or(|piece| piece.automaton != automaton);
+            let is_first = pieces.last().is_none_or(|piece| piece.automaton != automaton);
             if is_first && discrete.automata[automaton].kind.is_piece() {
-                all.push(Piece { automaton, event });
+                pieces.push(Piece { automaton, event });
             }
         }
-        let n_e = if all.is_empty() { 0 } else { discrete.transitions().count() };
-        let n = if all.is_empty() { 0 } else { n };
+        let n_e = if pieces.is_empty() { 0 } else { discrete.transitions().count() };
+        let n = if pieces.is_empty() { 0 } else { n };
         Self {
-            all,
+            all: pieces,
             e: vec![0.0; n_e],
             ahead: vec![0.0; n_e],
             guess: vec![0.0; n],
@@ -105,7 +106,7 @@ impl Pieces {
         self.all.is_empty()
     }
 
-    /// Whether the last solution was found beyond a fold, as far as paths tell: a determinant changed its sign.
+    /// Whether the last solution was found beyond a fold, judging by its path: a determinant changed its sign.
     pub(crate) fn has_turned(&self) -> bool {
         self.has_turned
     }
@@ -352,8 +353,8 @@ impl<S: Solved> Algebraic<S> {
         let not_finite = self.f.as_ref().iter().position(|f| !f.is_finite()).or_else(|| {
             let mut entries = signature.jacobian.positions().zip(jacobian.iter());
             let mass = self.mass.as_ref();
-            let found = entries.find(|((row, _), j)| mass[*row] == 0.0 && !j.is_finite());
-            found.map(|((row, _), _)| row)
+            let undefined = entries.find(|((row, _), j)| mass[*row] == 0.0 && !j.is_finite());
+            undefined.map(|((row, _), _)| row)
         });
         let Some(row) = not_finite else { return Ok(()) };
         let equation = signature.equations.at(row).to_string();

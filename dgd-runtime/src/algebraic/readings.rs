@@ -67,23 +67,24 @@ pub(crate) fn readings<S: Solved>(system: &S, at: Point<'_>, row: usize) -> Vec<
         let entries = pattern.positions().zip(values);
         entries.filter(|((r, _), _)| *r == row).map(|((_, c), value)| (c, *value)).collect()
     };
-    let mut all: Vec<(Reading, bool)> = Vec::new();
+    let mut readings: Vec<(Reading, bool)> = Vec::new();
     for (i, slope) in in_row(&signature.jacobian, by_y.as_ref()) {
         let unknown = signature.unknowns.at(i);
-        all.push((Reading::new(&unknown.name, at.y[i], &unknown.unit), slope.is_finite()));
+        readings.push((Reading::new(&unknown.name, at.y[i], &unknown.unit), slope.is_finite()));
     }
     for (i, slope) in in_row(&signature.input_jacobian, &by_u) {
         // Delayed inputs and slopes of inputs follow from other values, and are left out.
         if let Some(input) = signature.inputs.get(i) {
-            all.push((Reading::new(&input.name, at.u[i], &input.unit), slope.is_finite()));
+            readings.push((Reading::new(&input.name, at.u[i], &input.unit), slope.is_finite()));
         }
     }
     for (i, slope) in in_row(&signature.parameter_jacobian, &by_p) {
         let parameter = &signature.parameters[i];
-        all.push((Reading::new(&parameter.name, at.p[i], &parameter.unit), slope.is_finite()));
+        readings.push((Reading::new(&parameter.name, at.p[i], &parameter.unit), slope.is_finite()));
     }
-    let has_culprit = all.iter().any(|(_, is_finite)| !is_finite);
-    all.into_iter()
+    let has_culprit = readings.iter().any(|(_, is_finite)| !is_finite);
+    readings
+        .into_iter()
         .filter(|(_, is_finite)| !(has_culprit && *is_finite))
         .map(|(reading, _)| reading)
         .collect()

@@ -118,9 +118,9 @@ impl<S: Solved> Algebraic<S> {
         {
             *moved = y + by * size * d;
         }
-        let at = Point { y: self.trial.as_ref(), ..at };
+        let point = Point { y: self.trial.as_ref(), ..at };
         let (slopes, f, dfdt) = (&self.zero_slopes, &mut self.f, &mut self.dfdt);
-        system.linearize(at, slopes.as_ref(), f.as_mut(), work, dfdt.as_mut());
+        system.linearize(point, slopes.as_ref(), f.as_mut(), work, dfdt.as_mut());
         match self.relative_pivot(&system.signature().jacobian, work, sizes) {
             Err(Singular { .. }) => 0.0,
             Ok(pivot) => pivot.map_or(f64::INFINITY, |pivot| pivot.magnitude),

@@ -1,4 +1,4 @@
-//! Helpers that generated models call, besides the solvers' own types.
+//! Helpers that generated models call, in addition to the solvers' own types.
 
 pub mod math;
 pub mod taylor;

@@ -204,21 +204,22 @@ pub fn add_product<const N: usize>(
     row: usize,
     k: usize,
 ) {
-    let of = |order: usize| &s[order * rows + row];
+    let coefficient = |order: usize| &s[order * rows + row];
     let mut sum = [0.0; N];
     if k.is_multiple_of(2) {
-        let (a, s) = (at(a, k / 2), of(k / 2));
+        let (a, s) = (at(a, k / 2), coefficient(k / 2));
         for (sum, s) in sum.iter_mut().zip(s) {
             *sum = a * s;
         }
     }
     for j in (1..k.div_ceil(2)).rev() {
-        let (a_j, a_rest, s_j, s_rest) = (at(a, j), at(a, k - j), of(j), of(k - j));
+        let (a_j, a_rest, s_j, s_rest) =
+            (at(a, j), at(a, k - j), coefficient(j), coefficient(k - j));
         for ((sum, s_j), s_rest) in sum.iter_mut().zip(s_j).zip(s_rest) {
             *sum += a_j * s_rest + a_rest * s_j;
         }
     }
-    let (a_0, a_k, s_0, s_k) = (a[0], at(a, k), of(0), of(k));
+    let (a_0, a_k, s_0, s_k) = (a[0], at(a, k), coefficient(0), coefficient(k));
     for (((g, sum), s_0), s_k) in g.iter_mut().zip(sum).zip(s_0).zip(s_k) {
         *g += sum + (a_0 * s_k + a_k * s_0);
     }

@@ -57,9 +57,9 @@ impl Clocks {
             );
             one
         };
-        let mut all: Vec<Ticking> = discrete.clocks.iter().map(ticking).collect();
-        all.sort_by_key(|one| one.clock.automaton.is_some());
-        let mut clocks = Clocks { all, known: Vec::new(), next: f64::INFINITY };
+        let mut ticking_clocks: Vec<Ticking> = discrete.clocks.iter().map(ticking).collect();
+        ticking_clocks.sort_by_key(|one| one.clock.automaton.is_some());
+        let mut clocks = Clocks { all: ticking_clocks, known: Vec::new(), next: f64::INFINITY };
         clocks.find_next();
         clocks
     }
@@ -88,8 +88,8 @@ impl Clocks {
         }
     }
 
-    /// Places those that follow others anew, given the conditions' times and values. Returns whether a discrete number
-    /// changes by that.
+    /// Places the conditions that follow others again, given the conditions' times and values. Returns whether that
+    /// changes a discrete number.
     pub(super) fn place_again(&mut self, times: &[f64], after: &[f64], t: f64) -> bool {
         let mut changes = false;
         for one in self.all.iter_mut().filter(|one| one.clock.follows) {
@@ -241,7 +241,7 @@ impl Ticking {
     }
 }
 
-/// Whether two times differ by no more than rounding, where they are sums with this number.
+/// Whether two times differ by no more than rounding errors, given that they are sums with this number.
 pub(super) fn is_one_time(a: f64, b: f64, other: f64) -> bool {
     let distance = (a - b).abs();
     distance.is_finite() && distance <= ONE_TIME * a.abs().max(b.abs()).max(other.abs())

@@ -94,7 +94,7 @@ impl Schedule {
         self.switches.is_empty() && self.clocks.is_empty()
     }
 
-    /// Moves what is within rounding of one of these times onto it, and ticks onto switches. The times ascend.
+    /// Moves switches within rounding errors of one of these times onto it, and ticks onto switches. The times ascend.
     pub(crate) fn align(&mut self, mut known: Vec<f64>) {
         for switch in &mut self.switches {
             switch.t = aligned(&known, switch.t);
@@ -113,8 +113,8 @@ impl Schedule {
         }
         // A clock depends on others before it only.
         for _ in 0..=self.times.len() {
-            let at = Point { t, y: &[], u: &[], p, z: &self.z };
-            system.condition_times(at, &mut self.times, &mut self.after);
+            let point = Point { t, y: &[], u: &[], p, z: &self.z };
+            system.condition_times(point, &mut self.times, &mut self.after);
             let changes = self.clocks.place_again(&self.times, &self.after, t);
             self.clocks.write(&mut self.z[self.n_automata..]);
             if !changes {

@@ -70,9 +70,9 @@ fn tied_by<S: System>(system: &S, k: usize) -> Vec<bool> {
             z[other] = mode as f64;
             for choice in 0..automata[k].modes.len() {
                 z[k] = choice as f64;
-                let at = Point { t: 0.0, y: &y, u: &u, p: &p, z: &z };
+                let point = Point { t: 0.0, y: &y, u: &u, p: &p, z: &z };
                 let masses = if choice == 0 { &mut first } else { &mut mass };
-                system.mass(at, masses.as_mut());
+                system.mass(point, masses.as_mut());
                 if choice > 0 {
                     let masses = first.as_ref().iter().zip(mass.as_ref());
                     for (is_tied, (first, mass)) in is_tied.iter_mut().zip(masses) {

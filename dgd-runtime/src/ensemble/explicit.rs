@@ -135,8 +135,8 @@ fn extrapolate_all<const J: usize, V: LaneStorage>(
     out: &mut [Lanes],
 ) {
     let n = y.len();
-    let mut all: [&[Lanes]; J] = [&[]; J];
-    for (lanes, k) in all.iter_mut().zip(k) {
+    let mut slopes: [&[Lanes]; J] = [&[]; J];
+    for (lanes, k) in slopes.iter_mut().zip(k) {
         *lanes = &k.lanes()[..n];
     }
     let mut scaled = [Lanes::ZERO; J];
@@ -146,7 +146,7 @@ fn extrapolate_all<const J: usize, V: LaneStorage>(
     for (i, out) in out[..n].iter_mut().enumerate() {
         let mut value = y[i];
         for j in 0..J {
-            value = value + scaled[j] * all[j][i];
+            value = value + scaled[j] * slopes[j][i];
         }
         *out = value;
     }

@@ -70,14 +70,14 @@ pub fn rhs<S: System, const N: usize, const U: usize, const P: usize>(
     f: &mut [Lanes],
 ) {
     let (t, y, u, p) = (*at.t, *fixed::<N>(at.y), *fixed::<U>(at.u), *fixed::<P>(at.p));
-    let mut all = [Lanes::ZERO; N];
+    let mut values = [Lanes::ZERO; N];
     for l in 0..LANES {
         let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
         let mut row = [0.0; N];
         system.rhs(Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] }, &mut row);
-        set_lane(&mut all, l, &row);
+        set_lane(&mut values, l, &row);
     }
-    *fixed_mut::<N>(f) = all;
+    *fixed_mut::<N>(f) = values;
 }
 
 /// [`System::linearize`] lane by lane, for a model of these sizes, with J non-zeros in ∂f/∂y.
@@ -97,18 +97,18 @@ pub fn linearize<S: System, const N: usize, const U: usize, const P: usize, cons
     let (t, y, u, p) = (*at.t, *fixed::<N>(at.y), *fixed::<U>(at.u), *fixed::<P>(at.p));
     let udot = *fixed::<U>(udot);
     let (mut rows, mut slopes) = ([Lanes::ZERO; N], [Lanes::ZERO; N]);
-    let mut all = [Lanes::ZERO; J];
+    let mut values = [Lanes::ZERO; J];
     for l in 0..LANES {
         let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
         let (mut row, mut entries, mut slope) = ([0.0; N], [0.0; J], [0.0; N]);
-        let at = Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] };
-        system.linearize(at, &lane(&udot, l), &mut row, &mut entries, &mut slope);
+        let point = Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] };
+        system.linearize(point, &lane(&udot, l), &mut row, &mut entries, &mut slope);
         set_lane(&mut rows, l, &row);
-        set_lane(&mut all, l, &entries);
+        set_lane(&mut values, l, &entries);
         set_lane(&mut slopes, l, &slope);
     }
     *fixed_mut::<N>(f) = rows;
-    *fixed_mut::<J>(jacobian) = all;
+    *fixed_mut::<J>(jacobian) = values;
     *fixed_mut::<N>(dfdt) = slopes;
 }
 
@@ -124,14 +124,14 @@ pub fn outputs<S: System, const N: usize, const U: usize, const P: usize, const 
     w: &mut [Lanes],
 ) {
     let (t, y, u, p) = (*at.t, *fixed::<N>(at.y), *fixed::<U>(at.u), *fixed::<P>(at.p));
-    let mut all = [Lanes::ZERO; W];
+    let mut values = [Lanes::ZERO; W];
     for l in 0..LANES {
         let (y, u, p) = (lane(&y, l), lane(&u, l), lane(&p, l));
         let mut row = [0.0; W];
         system.outputs(Point { t: t.0[l], y: &y, u: &u, p: &p, z: &[] }, &mut row);
-        set_lane(&mut all, l, &row);
+        set_lane(&mut values, l, &row);
     }
-    *fixed_mut::<W>(w) = all;
+    *fixed_mut::<W>(w) = values;
 }
 
 /// Maximum numbers of unknowns, inputs, parameters and outputs, each, of a model that is evaluated in lanes; ∂f/∂y has

@@ -118,11 +118,14 @@ impl<'a> Trajectory<'a> {
 
     /// An owned copy.
     pub fn to_kept(&self) -> Kept {
-        let all = |kind: usize| {
+        let results = |kind: usize| {
             let count = self.values[kind].len() / self.stride.max(1);
             (0..count).flat_map(|i| self.quantity(kind, i)).copied().collect()
         };
-        Kept { values: [all(0), all(1), all(2), all(3)], statistics: self.statistics }
+        Kept {
+            values: [results(0), results(1), results(2), results(3)],
+            statistics: self.statistics,
+        }
     }
 }
 

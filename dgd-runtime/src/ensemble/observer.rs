@@ -54,8 +54,8 @@ impl<S: Solved> Observer<S> {
             if t.0[LANES - 1] >= known_until {
                 known_until = self.read_inputs(problem, times.asked, first);
             }
-            let at = LanePoint { t: &t, y: self.y.lanes(), u: self.u.lanes(), p: &self.p };
-            problem.system.outputs_lanes(at, &mut self.w);
+            let point = LanePoint { t: &t, y: self.y.lanes(), u: self.u.lanes(), p: &self.p };
+            problem.system.outputs_lanes(point, &mut self.w);
             for (w, row) in self.w.iter().zip(self.outputs.chunks_exact_mut(times.stride())) {
                 row[first..first + LANES].copy_from_slice(&w.0);
             }

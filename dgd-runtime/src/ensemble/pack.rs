@@ -247,19 +247,19 @@ impl<'a, S: Solved> Pack<'a, S> {
         let segment = problem.inputs.segment(index);
         let mut u = S::Inputs::zeros(problem.inputs.len());
         segment.value(from, u.as_mut());
-        let at = Point { t: from, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
+        let point = Point { t: from, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
         if self.system.signature().start_is_found() {
             return None;
         }
-        start_values(&problem, at, self.row.as_mut()).ok()?;
+        start_values(&problem, point, self.row.as_mut()).ok()?;
         unknown_sizes(self.system, self.row.as_ref(), self.slope.as_mut());
         set_lane(&mut self.sizes, l, self.slope.as_ref());
-        let at = AlgebraicPoint { t: from, u: u.as_ref(), p: problem.p, z: &[] };
+        let point = AlgebraicPoint { t: from, u: u.as_ref(), p: problem.p, z: &[] };
         let (y, sizes) = (self.row.as_mut(), self.slope.as_ref());
         let jacobian = self.jacobian.as_mut();
         self.algebraic.enter_modes(self.mass.as_ref());
         let consistent =
-            self.algebraic.make_consistent(self.system, at, y, jacobian, sizes, self.tolerances);
+            self.algebraic.make_consistent(self.system, point, y, jacobian, sizes, self.tolerances);
         consistent.ok()?;
 
         set_lane(&mut self.y, l, self.row.as_ref());
@@ -343,8 +343,8 @@ impl<'a, S: Solved> Pack<'a, S> {
         for l in 0..LANES {
             let Some(seat) = &self.seats[l] else { continue };
             let (t, t_new) = (self.t.0[l], self.t_new.0[l]);
-            let asked = &self.times.all()[seat.recorded..];
-            if !self.accepted[l] || asked[0] > t_new {
+            let requested = &self.times.all()[seat.recorded..];
+            if !self.accepted[l] || requested[0] > t_new {
                 continue;
             }
             if !is_prepared {
@@ -357,14 +357,14 @@ impl<'a, S: Solved> Pack<'a, S> {
             let count = self.times.before(first, t_new);
             // The next step overwrites values beyond this one.
             let eights = first..first + count.next_multiple_of(LANES);
-            let asked = &self.times.all()[eights.clone()];
+            let requested = &self.times.all()[eights.clone()];
             for (i, y) in self.y.lanes().iter().enumerate() {
                 let row = &mut seat.rows[i * stride..][eights.clone()];
-                self.dense.write(i, y.0[l], step, asked, row);
+                self.dense.write(i, y.0[l], step, requested, row);
             }
             seat.recorded += count;
-            let asked = &self.times.all()[seat.recorded..];
-            let mut at_end = asked.iter().take_while(|&&asked| asked == t_new).count();
+            let requested = &self.times.all()[seat.recorded..];
+            let mut at_end = requested.iter().take_while(|&&t| t == t_new).count();
             if t_new == seat.problem.inputs.segment(seat.segment).t1 {
                 at_end = before_change(at_end);
             }
@@ -470,11 +470,11 @@ impl<'a, S: Solved> Pack<'a, S> {
         let mut u = S::Inputs::zeros(after.u.len());
         let (mut f, mut f_new) = (self.slope.clone(), self.slope.clone());
         before.value(t, u.as_mut());
-        let at = Point { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
-        self.system.rhs(at, f.as_mut());
+        let point = Point { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
+        self.system.rhs(point, f.as_mut());
         after.value(t, u.as_mut());
-        let at = Point { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
-        self.system.rhs(at, f_new.as_mut());
+        let point = Point { t, y: y.as_ref(), u: u.as_ref(), p, z: &[] };
+        self.system.rhs(point, f_new.as_mut());
         seat.statistics.evaluations += 2;
         if !self.algebraic.differs(f.as_ref(), f_new.as_ref()) {
             return Some(());
@@ -482,21 +482,21 @@ impl<'a, S: Solved> Pack<'a, S> {
         for (size, lanes) in self.slope.as_mut().iter_mut().zip(self.sizes.lanes()) {
             *size = lanes.0[l];
         }
-        let at = AlgebraicPoint { t, u: u.as_ref(), p, z: &[] };
+        let point = AlgebraicPoint { t, u: u.as_ref(), p, z: &[] };
         let (sizes, jacobian) = (self.slope.as_ref(), self.jacobian.as_mut());
-        // Sizes of equations are learnt anew for each member.
+        // Sizes of equations are determined again for each member.
         self.algebraic.enter_modes(self.mass.as_ref());
         let (system, tolerances) = (self.system, self.tolerances);
         let algebraic = &mut self.algebraic;
-        algebraic.make_consistent(system, at, y.as_mut(), jacobian, sizes, tolerances).ok()?;
+        algebraic.make_consistent(system, point, y.as_mut(), jacobian, sizes, tolerances).ok()?;
         set_lane(&mut self.y, l, self.row.as_ref());
         Some(())
     }
 
     /// Moves the rows of the member in lane l onto the algebraic equations.
     fn project(&mut self, l: usize) {
-        let asked = self.times.asked;
-        let (Some(seat), Some(&from)) = (&mut self.seats[l], asked.first()) else { return };
+        let requested = self.times.asked;
+        let (Some(seat), Some(&from)) = (&mut self.seats[l], requested.first()) else { return };
         if self.algebraic.is_empty() {
             return;
         }
@@ -512,8 +512,8 @@ impl<'a, S: Solved> Pack<'a, S> {
         let mut projection = Projection::new(system, 0);
         let (sizes, tolerances) = (self.slope.as_ref(), self.tolerances);
         let of_member = Rows { system, p: problem.p, z: &[], sizes, tolerances };
-        for (k, &t) in asked.iter().enumerate() {
-            let now = inputs.segment_at(t, side(asked, k));
+        for (k, &t) in requested.iter().enumerate() {
+            let now = inputs.segment_at(t, side(requested, k));
             if now != segment {
                 segment = now;
                 drive.enter(inputs.segment(now));

@@ -163,16 +163,16 @@ fn combine_all<const J: usize, V: LaneStorage>(
     coupling: &mut [Lanes],
 ) {
     let n = y.len();
-    let mut all: [&[Lanes]; J] = [&[]; J];
-    for (lanes, k) in all.iter_mut().zip(k) {
+    let mut slopes: [&[Lanes]; J] = [&[]; J];
+    for (lanes, k) in slopes.iter_mut().zip(k) {
         *lanes = &k.lanes()[..n];
     }
     let (stage, coupling) = (&mut stage[..n], &mut coupling[..n]);
     for i in 0..n {
         let (mut value, mut sum) = (y[i], Lanes::ZERO);
         for j in 0..J {
-            value = value + a[j] * all[j][i];
-            sum = sum + c[j] * all[j][i];
+            value = value + a[j] * slopes[j][i];
+            sum = sum + c[j] * slopes[j][i];
         }
         stage[i] = value;
         coupling[i] = sum;

@@ -20,7 +20,7 @@ fn all_widths_give_the_same_bits() {
     for method in ["rodas5p", "tsit5"] {
         let method = find_method(method).expect("a method");
         let options = Options { method, ..Options::default() };
-        let at = |width: Width| {
+        let members = |width: Width| {
             let mut rows = vec![Vec::new(); sets.len()];
             let pack = Pack::new(&system, &times, &options, Wanted::Unknowns);
             let mut pack = pack.expect("a method with lanes");
@@ -36,11 +36,11 @@ fn all_widths_give_the_same_bits() {
             });
             rows
         };
-        let widest = at(Width::widest());
-        assert_eq!(at(Width::Compiled), widest);
+        let widest = members(Width::widest());
+        assert_eq!(members(Width::Compiled), widest);
         #[cfg(target_arch = "x86_64")]
         if Width::widest() == Width::Avx512 {
-            assert_eq!(at(Width::Avx2), widest);
+            assert_eq!(members(Width::Avx2), widest);
         }
     }
 }

@@ -8,7 +8,7 @@ use super::lanes::{LANES, Lanes};
 pub(super) struct Times<'a> {
     pub(super) asked: &'a [f64],
     padded: Vec<f64>,
-    /// From the first to the last.
+    /// Length of the interval from the first to the last.
     pub(super) span: f64,
     /// Times per second, on average.
     rate: f64,

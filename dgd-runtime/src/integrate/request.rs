@@ -138,11 +138,11 @@ fn run<S: Solved>(
         Err(error) => return Err(Failure { error, partial: Box::new(solution) }),
     };
     let read = Problem { inputs: &inputs, ..*problem };
-    let all = late.as_ref().map_or(times, |late| &late.all);
+    let all_times = late.as_ref().map_or(times, |late| &late.all);
     let outcome = match options.steps {
         Steps::PerSample(per_sample) => {
             let outcome =
-                fixed_step::run(&read, all, options, per_sample, directions, &mut solution);
+                fixed_step::run(&read, all_times, options, per_sample, directions, &mut solution);
             if let Some(chosen) = chosen {
                 solution.keep(chosen);
             }
@@ -150,7 +150,7 @@ fn run<S: Solved>(
         }
         Steps::Automatic | Steps::Adaptive => {
             solution.n = chosen.map_or(solution.n, <[usize]>::len);
-            run_to(&read, all, options, directions, wanted, &mut solution)
+            run_to(&read, all_times, options, directions, wanted, &mut solution)
         }
     };
     if let Some(late) = late {

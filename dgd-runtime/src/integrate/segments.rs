@@ -89,26 +89,26 @@ impl<S: Solved> Simulation<'_, S> {
         let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
         let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
         let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {
-            let at = Point { t, y, u: drive.at(t, y), p, z };
+            let point = Point { t, y, u: drive.at(t, y), p, z };
             match (&mut self.directions, place) {
-                (None, _) => system.rhs(at, f.as_mut()),
+                (None, _) => system.rhs(point, f.as_mut()),
                 (Some(Directions { s, g, .. }), At::Start) => {
-                    system.sensitivity_rhs(at, s.as_ref(), f.as_mut(), g.as_mut());
+                    system.sensitivity_rhs(point, s.as_ref(), f.as_mut(), g.as_mut());
                 }
                 (Some(Directions { s, s_new, .. }), At::End) => {
-                    system.sensitivity_rhs(at, s.as_ref(), f.as_mut(), s_new.as_mut());
+                    system.sensitivity_rhs(point, s.as_ref(), f.as_mut(), s_new.as_mut());
                 }
             }
         };
         evaluate(&mut self.drive, before, At::Start);
         enter(&mut self.drive, t, y);
         evaluate(&mut self.drive, after, At::End);
-        let seen = self
+        let inputs = self
             .directions
             .as_ref()
             .is_some_and(|d| self.algebraic.differs(d.g.as_ref(), d.s_new.as_ref()));
         solution.statistics.evaluations += 2;
-        if seen || self.algebraic.differs(before.as_ref(), after.as_ref()) {
+        if inputs || self.algebraic.differs(before.as_ref(), after.as_ref()) {
             self.make_consistent(solution)?;
         }
         Ok(())

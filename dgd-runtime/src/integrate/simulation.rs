@@ -20,7 +20,7 @@ use crate::signal::Side;
 use crate::solved::Solved;
 use crate::system::Storage;
 
-/// What happens at the end of a step.
+/// The outcome at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stop {
     /// Nothing.

@@ -52,8 +52,8 @@ pub(crate) fn blocks(pattern: &Pattern, jacobian: &[f64], mass: &[f64]) -> Vec<V
                 lowest[*above] = lowest[*above].min(lowest[row]);
             }
             if lowest[row] == index[row] {
-                let at = waiting.iter().rposition(|other| *other == row).unwrap_or(0);
-                let mut block = waiting.split_off(at);
+                let position = waiting.iter().rposition(|other| *other == row).unwrap_or(0);
+                let mut block = waiting.split_off(position);
                 for row in &block {
                     is_waiting[*row] = false;
                 }

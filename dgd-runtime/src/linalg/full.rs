@@ -9,7 +9,7 @@ use super::weights::reciprocal;
 #[derive(Debug, Clone)]
 pub(crate) struct FullLu {
     lu: LU<f64, Dyn, Dyn>,
-    /// What each row was multiplied by, a power of two.
+    /// The factor of each row, a power of two.
     weights: Vec<f64>,
 }
 

@@ -69,8 +69,8 @@ pub trait Factorisation: Clone {
         sizes: Option<&[f64]>,
     ) -> Result<(), Singular>;
 
-    /// The same with rows of W replaced by those of conserved sums, where the factorisation can do that. Returns whether
-    /// it did.
+    /// [`Factorisation::factorise`] with rows of W replaced by those of conserved sums, if the factorisation supports
+    /// it. Returns whether it does.
     ///
     /// # Errors
     ///

@@ -3,7 +3,7 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
-/// A value that a step has made larger than this times what it was, and its size, may be its error itself.
+/// A value that a step has increased by more than this factor, and beyond its size, may consist of the step's error.
 const MOST_GROWTH: f64 = 10.0;
 
 /// Tolerances of a step.
@@ -20,7 +20,7 @@ impl Tolerances {
         self.rtol * y.abs() + self.atol * size
     }
 
-    /// The value by which an error is judged of a step from `y` to `y_new`: the larger one, as far as it is trusted.
+    /// The value that scales the error of a step from `y` to `y_new`: the larger one, as far as it is trusted.
     #[inline(always)]
     pub(crate) fn judging(y: f64, y_new: f64, size: f64) -> f64 {
         y.abs().max(y_new.abs().min(Self::most(y, size)))

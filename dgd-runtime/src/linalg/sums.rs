@@ -48,7 +48,7 @@ impl KeptSum {
         self.shares.iter().zip(values).map(|(share, value)| share * value).sum()
     }
 
-    /// Overwrites the unknown of the row with what follows from the others.
+    /// Overwrites the unknown of the row by the value that follows from the others.
     fn close(&self, values: &mut [f64], sum: f64) {
         values[self.row] = 0.0;
         values[self.row] = sum - self.of(values);
@@ -118,14 +118,14 @@ fn choose(sums: &mut [KeptSum], k: usize, y: &[f64]) {
     let coefficient = sums[k].shares[best];
     sums[k].divide(coefficient);
     // Taken out, not copied: steps do not allocate.
-    let own = std::mem::replace(&mut sums[k], KeptSum::NONE);
+    let removed = std::mem::replace(&mut sums[k], KeptSum::NONE);
     for (other, sum) in sums.iter_mut().enumerate() {
         let times = sum.shares.get(best).copied().unwrap_or(0.0);
         if other != k && times != 0.0 {
-            sum.subtract(&own, times);
+            sum.subtract(&removed, times);
         }
     }
-    sums[k] = own;
+    sums[k] = removed;
 }
 
 /// Puts y and S at the end of a step onto the sums.
@@ -159,7 +159,7 @@ mod tests {
         begin(&mut sums, &[0.0; 3], None);
         let mut y = [3.1e-20, 1e-20, 2e-20];
         begin(&mut sums, &y, None);
-        // What was not conserved is a sum of its own.
+        // Quantities that are not conserved are sums of their own.
         close(&sums, &mut y, None);
         assert!((y[0] - 3.1e-20).abs() < 1e-34 && y[1..] == [1e-20, 2e-20]);
         y[0] += 1e-36;

@@ -32,7 +32,7 @@ pub(crate) const ALONE: f64 = (1_u64 << 60) as f64;
 /// Sum of the exponents' bits of 2ᵏ and 2⁻ᵏ.
 const OF_BOTH: u64 = 0x7fe0_0000_0000_0000;
 
-/// 1/size, rounded to a power of two; zero where that is no normal number.
+/// 1/size, rounded to a power of two; zero if that is not a normal number.
 #[inline(always)]
 pub(crate) fn reciprocal(size: f64) -> f64 {
     f64::from_bits(OF_BOTH.saturating_sub(size.to_bits() & EXPONENT))

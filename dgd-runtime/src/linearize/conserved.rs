@@ -7,8 +7,8 @@
 //! ```
 //!
 //! So c is a left null vector of the Jacobians A = ∂g/∂x at several points side by side, [A(x₀) A(x₁) …]: the start and
-//! points around it that avoid symmetries. What is conserved in one mode, or on one side of a switch, need not be in
-//! another: A is that of the given modes.
+//! points around it that avoid symmetries. Sums conserved in one mode, or on one side of a switch, need not be
+//! conserved in another: A is that of the given modes.
 //!
 //! If c changes with x, the conserved quantity is not linear in the states, and the left null vectors at one point are
 //! its linearisation there.
@@ -61,54 +61,55 @@ pub(super) fn left_null(slopes: &[DMatrix<f64>], sizes: &[f64]) -> Vec<(Vec<f64>
     if n == 0 || slopes.is_empty() {
         return Vec::new();
     }
-    let mut all = DMatrix::zeros(n, n * slopes.len());
+    let mut stacked = DMatrix::zeros(n, n * slopes.len());
     for (k, own) in slopes.iter().enumerate() {
-        all.view_mut((0, k * n), (n, n)).copy_from(own);
+        stacked.view_mut((0, k * n), (n, n)).copy_from(own);
     }
     let is_read: Vec<bool> =
         (0..n).map(|j| slopes.iter().any(|own| own.column(j).amax() > 0.0)).collect();
-    for (j, mut column) in all.column_iter_mut().enumerate() {
+    for (j, mut column) in stacked.column_iter_mut().enumerate() {
         column *= sizes[j % n];
     }
     let mut rows = vec![1.0; n];
-    for (mut row, scale) in all.row_iter_mut().zip(&mut rows) {
+    for (mut row, scale) in stacked.row_iter_mut().zip(&mut rows) {
         let largest = row.amax();
         if largest > 0.0 {
             *scale = largest;
             row /= largest;
         }
     }
-    for mut column in all.column_iter_mut() {
+    for mut column in stacked.column_iter_mut() {
         let largest = column.amax();
         if largest > 0.0 {
             column /= largest;
         }
     }
-    if all.iter().any(|value| !value.is_finite()) {
+    if stacked.iter().any(|value| !value.is_finite()) {
         return Vec::new();
     }
-    let svd = all.svd(true, false);
+    let svd = stacked.svd(true, false);
     let Some(left) = svd.u else { return Vec::new() };
     let cutoff = SINGULAR * svd.singular_values.max();
     let null: Vec<usize> = (0..n).filter(|k| svd.singular_values[*k] <= cutoff).collect();
     // In units of the sizes, so that entries are comparable.
     let mut basis = DMatrix::from_fn(null.len(), n, |k, i| left[(i, null[k])] / rows[i] * sizes[i]);
     let names = reduce(&mut basis, &is_read);
-    let mut found: Vec<(Vec<f64>, usize)> = names
+    let mut combinations: Vec<(Vec<f64>, usize)> = names
         .into_iter()
         .enumerate()
         .map(|(k, name)| {
             let largest = basis.row(k).amax();
             let coefficient = |i: usize| {
                 let share = basis[(k, i)];
-                let own = if share.abs() <= ROUNDING * largest { 0.0 } else { share / sizes[i] };
-                own * sizes[name]
+                let coefficient =
+                    if share.abs() <= ROUNDING * largest { 0.0 } else { share / sizes[i] };
+                coefficient * sizes[name]
             };
             ((0..n).map(coefficient).collect(), name)
         })
         .collect();
-    found.sort_by_key(|(_, name)| *name);
-    found
+    combinations.sort_by_key(|(_, name)| *name);
+    combinations
 }
 
 /// Gauss–Jordan elimination: each row keeps a one in a pivot column where all other rows are zero.
@@ -132,10 +133,10 @@ fn reduce(basis: &mut DMatrix<f64>, is_read: &[bool]) -> Vec<usize> {
         basis.swap_rows(k, row);
         let pivot = basis[(k, name)];
         basis.row_mut(k).unscale_mut(pivot);
-        let own = basis.row(k).into_owned();
+        let row = basis.row(k).into_owned();
         for other in (0..m).filter(|other| *other != k) {
             let factor = basis[(other, name)];
-            let reduced = basis.row(other) - &own * factor;
+            let reduced = basis.row(other) - &row * factor;
             basis.set_row(other, &reduced);
             basis[(other, name)] = 0.0;
         }

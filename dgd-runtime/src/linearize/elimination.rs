@@ -55,15 +55,15 @@ impl Elimination {
         if eliminated.is_empty() {
             return Ok(Self { states, eliminated, follows: of_others, own: None, n });
         }
-        let own = f_a.select_columns(&eliminated);
-        let open = singular::open(&own);
+        let columns = f_a.select_columns(&eliminated);
+        let open = singular::open(&columns);
         let mut sizes = vec![0.0; n];
         unknown_sizes(system, at.y, &mut sizes);
         let sizes: Vec<f64> = eliminated.iter().map(|i| sizes[*i]).collect();
-        let own = FullLu::new(own, &sizes);
-        match (open, own.solve(&of_others)) {
+        let factors = FullLu::new(columns, &sizes);
+        match (open, factors.solve(&of_others)) {
             (None, Some(response)) => {
-                Ok(Self { states, eliminated, follows: -response, own: Some(own), n })
+                Ok(Self { states, eliminated, follows: -response, own: Some(factors), n })
             }
             (open, _) => {
                 let (row, column) = open.unwrap_or((0, 0));

@@ -1,4 +1,4 @@
-//! Steady states in families: conserved combinations keep their values, and all else is at rest.
+//! Steady states in families: conserved combinations keep their values, and everything else is at rest.
 //!
 //! Where c₁ᵀẋ = 0, …, some equations of 0 = f follow from the others, and 0 = f has a family of solutions. Each
 //! conserved combination is held, in place of the equation of its naming state:
@@ -65,22 +65,22 @@ impl<S: Solved> Held<'_, S> {
         let Some(here) = self.slopes(&y, self.u, z) else { return Vec::new() };
         let moved = DISTANCES.iter().enumerate().filter_map(|(k, distance)| {
             let moved = self.consistent(&self.moved(&y, *distance, k), z)?;
-            let found = self.slopes(&moved, self.u, z)?;
-            (found.states == here.states).then_some(found.a)
+            let slopes_there = self.slopes(&moved, self.u, z)?;
+            (slopes_there.states == here.states).then_some(slopes_there.a)
         });
         let mut slopes: Vec<DMatrix<f64>> = moved.collect();
         if slopes.len() < LEAST_POINTS {
             return Vec::new();
         }
         slopes.push(here.a.clone());
-        let mut found = self.named(&slopes, &here.states, &y, start, true);
-        for own in &mut found {
+        let mut conserved = self.named(&slopes, &here.states, &y, start, true);
+        for own in &mut conserved {
             own.whatever_inputs = self.is_beyond_inputs(own, &y, z);
         }
-        found
+        conserved
     }
 
-    /// What is conserved close to `y`, if `y` and neighbouring points are at rest.
+    /// The conserved sums near `y`, if `y` and neighbouring points are at rest.
     pub(super) fn conserved_close(&self, y: &[f64], z: &[f64], start: &[f64]) -> Vec<Conserved> {
         let slopes = self.consistent(y, z).and_then(|y| self.slopes(&y, self.u, z));
         slopes.map_or_else(Vec::new, |here| {
@@ -99,7 +99,7 @@ impl<S: Solved> Held<'_, S> {
         let sizes: Vec<f64> = states.iter().map(|i| self.sizes[*i]).collect();
         let combination = |(c, name): (Vec<f64>, usize)| {
             let terms = states.iter().copied().zip(c).filter(|(_, c)| *c != 0.0).collect();
-            let own = Conserved {
+            let candidate = Conserved {
                 terms,
                 named_by: states[name],
                 value: 0.0,
@@ -107,7 +107,7 @@ impl<S: Solved> Held<'_, S> {
                 whatever_inputs: false,
                 is_linear,
             };
-            Conserved { value: own.of(y), at_start: own.of(start), ..own }
+            Conserved { value: candidate.of(y), at_start: candidate.of(start), ..candidate }
         };
         left_null(slopes, &sizes).into_iter().map(combination).collect()
     }
@@ -121,27 +121,27 @@ impl<S: Solved> Held<'_, S> {
     ) -> Option<SteadyStateError> {
         let y = self.consistent(y, z)?;
         let here = self.slopes(&y, self.u, z)?;
-        let at = |unknown: &usize| here.states.binary_search(unknown).ok();
+        let position = |unknown: &usize| here.states.binary_search(unknown).ok();
         let signature = self.problem.system.signature();
         let (_, jacobian) = self.residuals(&y, z);
         let mut sizes = vec![0.0; y.len()];
         add_terms(&mut sizes, &signature.jacobian, jacobian.as_ref(), &y);
         add_terms(&mut sizes, &signature.jacobian, jacobian.as_ref(), self.sizes);
         let rate = |own: &Conserved| {
-            own.terms.iter().filter_map(|(i, c)| Some(c * here.rates[at(i)?])).sum::<f64>()
+            own.terms.iter().filter_map(|(i, c)| Some(c * here.rates[position(i)?])).sum::<f64>()
         };
         let terms =
             |own: &Conserved| own.terms.iter().map(|(i, c)| c.abs() * sizes[*i]).sum::<f64>();
         let drifting = |own: &&Conserved| rate(own).abs() > ROUNDING * terms(own);
-        let own = conserved.iter().find(drifting)?;
-        let unit = signature.unknowns.unit(own.named_by);
-        let others = own.terms.iter().filter(|(i, _)| *i != own.named_by);
+        let sum = conserved.iter().find(drifting)?;
+        let unit = signature.unknowns.unit(sum.named_by);
+        let others = sum.terms.iter().filter(|(i, _)| *i != sum.named_by);
         Some(SteadyStateError::Drifts {
             t: self.t,
-            equation: signature.equations.at(own.named_by).to_string(),
-            unknown: signature.unknowns.name(own.named_by).to_string(),
+            equation: signature.equations.at(sum.named_by).to_string(),
+            unknown: signature.unknowns.name(sum.named_by).to_string(),
             with: others.map(|(i, _)| signature.unknowns.name(*i).to_string()).collect(),
-            rate: rate(own) / unit.factor,
+            rate: rate(sum) / unit.factor,
             unit: unit.symbol.to_string(),
         })
     }
@@ -226,8 +226,8 @@ impl<S: Solved> Held<'_, S> {
         let (mut f, mut dfdt) = (S::Vector::zeros(y.len()), S::Vector::zeros(y.len()));
         let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
         let still = S::Inputs::zeros(signature.n_u());
-        let at = Point { t: self.t, y, u: self.u, p: self.problem.p, z };
-        system.linearize(at, still.as_ref(), f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+        let point = Point { t: self.t, y, u: self.u, p: self.problem.p, z };
+        system.linearize(point, still.as_ref(), f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
         (f, jacobian)
     }
 
@@ -236,8 +236,8 @@ impl<S: Solved> Held<'_, S> {
         let system = self.problem.system;
         let mut y = y.to_vec();
         let mut mass = S::Vector::zeros(y.len());
-        let at = Point { t: self.t, y: &y, u: self.u, p: self.problem.p, z };
-        system.mass(at, mass.as_mut());
+        let point = Point { t: self.t, y: &y, u: self.u, p: self.problem.p, z };
+        system.mass(point, mass.as_mut());
         let mut equations = Algebraic::new(system);
         equations.enter_modes(mass.as_ref());
         let mut jacobian = S::Jacobian::zeros(system.signature().jacobian.len());
@@ -255,9 +255,10 @@ impl<S: Solved> Held<'_, S> {
     }
 
     fn slopes(&self, y: &[f64], u: &[f64], z: &[f64]) -> Option<OfStates> {
-        let at = OperatingPoint { t: self.t, y: y.to_vec(), u: u.to_vec(), z: z.to_vec() };
-        let columns = Columns::new(self.problem, &at).ok()?;
-        let (system, point) = (self.problem.system, at.point(self.problem.p));
+        let operating_point =
+            OperatingPoint { t: self.t, y: y.to_vec(), u: u.to_vec(), z: z.to_vec() };
+        let columns = Columns::new(self.problem, &operating_point).ok()?;
+        let (system, point) = (self.problem.system, operating_point.point(self.problem.p));
         let slopes = Slopes::new(system, point, &columns.places, columns.len()).ok()?;
         let elimination = Elimination::new(system, point, &slopes.f).ok()?;
         let rows = elimination.of_states(&slopes.f);

@@ -1,9 +1,9 @@
 //! Linearisation of a compiled model at a point: matrices, poles, steady states.
 //!
 //! ```text
-//!   OperatingPoint::reached(problem, from, t, options)  where a run is at a time
-//!   steady_state(problem, t, options)                   where it is at rest, 0 = f(t, y, u, p)
-//!   rest(problem, t, options)                           the same, with what is conserved held
+//!   OperatingPoint::reached(problem, from, t, options)  the point of a run at a time
+//!   steady_state(problem, t, options)                   a point at rest, 0 = f(t, y, u, p)
+//!   rest(problem, t, options)                           likewise, with conserved sums fixed
 //!   linearize(problem, point)                           → StateSpace: A, B, C, D
 //!   StateSpace::poles()                                 → Poles
 //!   LinearAt                                            where the linear model of a recording is
@@ -151,7 +151,7 @@ pub struct StateSpace {
     pub by_u: DMatrix<f64>,
     /// ∂y_a/∂v.
     pub by_v: DMatrix<f64>,
-    /// ẋ at the point: zero where it is at rest.
+    /// ẋ at the point: zero at rest.
     pub rates: Vec<f64>,
     /// Values of `channels` at the point.
     pub u: Vec<f64>,
@@ -244,16 +244,16 @@ impl StateSpace {
     ///
     /// # Errors
     ///
-    /// [`LinearizeError::NoEigenvalues`] where the iteration does not converge.
+    /// [`LinearizeError::NoEigenvalues`] if the iteration does not converge.
     pub fn poles(&self) -> Result<Poles, LinearizeError> {
         poles::poles(self, &[])
     }
 
-    /// The same with conserved combinations, each of which gives a pole at exactly zero.
+    /// The poles with conserved combinations, each of which gives a pole at exactly zero.
     ///
     /// # Errors
     ///
-    /// [`LinearizeError::NoEigenvalues`] where the iteration does not converge.
+    /// [`LinearizeError::NoEigenvalues`] if the iteration does not converge.
     pub fn poles_beside(&self, conserved: &[Conserved]) -> Result<Poles, LinearizeError> {
         poles::poles(self, conserved)
     }
@@ -314,9 +314,9 @@ impl Columns {
                 continue;
             }
             let tau = if delayed.varies {
-                let mut all = vec![0.0; signature.varying_delays.len()];
-                problem.system.varying_delays(at.point(problem.p), &mut all);
-                all[delayed.delay]
+                let mut delays = vec![0.0; signature.varying_delays.len()];
+                problem.system.varying_delays(at.point(problem.p), &mut delays);
+                delays[delayed.delay]
             } else {
                 tau[delayed.delay]
             };

@@ -302,7 +302,7 @@ impl<S: Solved> Along<'_, S> {
         let mut dw = vec![0.0; outputs.len() * n_s];
         let place = self.point.point(self.problem.p);
         self.problem.system.output_sensitivities(place, &s, &mut outputs, &mut dw);
-        let all = f.iter().enumerate().map(|(j, f)| {
+        let slopes = f.iter().enumerate().map(|(j, f)| {
             let is_parameter = matches!(signature.directions[j], Direction::Parameter(_));
             if at_rest && !is_parameter {
                 return Ok(None);
@@ -311,8 +311,8 @@ impl<S: Solved> Along<'_, S> {
                 let equation = signature.equations.at(at % n).to_string();
                 return Err(LinearizeError::NotFinite { t: self.point.t, equation });
             }
-            let own = |all: &[f64], len: usize| all[j * len..(j + 1) * len].to_vec();
-            let (s, u) = (own(&s, n), own(&moved, n_u));
+            let part = |all: &[f64], len: usize| all[j * len..(j + 1) * len].to_vec();
+            let (s, u) = (part(&s, n), part(&moved, n_u));
             let w = self.outputs_slope(j, &s, &u)?;
             let elimination = &self.linear.elimination;
             let of_states = |values: &[f64]| {
@@ -327,12 +327,12 @@ impl<S: Solved> Along<'_, S> {
                 elimination.reduced_slope(&states(&self.linear.slopes.f), &states(f), &follows);
             let outputs = elimination.reduced_slope(&self.linear.slopes.w, &w, &follows);
             // r is ẋ at the point, where u is u₀: at rest it stays zero.
-            let rates = of_states(&own(still.g.as_ref(), n));
-            let dw = DVector::from_vec(own(&dw, signature.outputs.len()));
+            let rates = of_states(&part(still.g.as_ref(), n));
+            let dw = DVector::from_vec(part(&dw, signature.outputs.len()));
             let parts = [rates, of_states(&s), DVector::from_vec(u), dw];
             Ok(Some(self.linear.split(&rows, &outputs, parts)))
         });
-        all.collect()
+        slopes.collect()
     }
 
     /// S of a steady state, from ∂f/∂y S = −∂f/∂θ.
@@ -453,7 +453,7 @@ impl<S: Solved> Along<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let signature = system.signature();
         let n = signature.unknowns.len();
-        let own = match signature.directions[j] {
+        let parameter = match signature.directions[j] {
             Direction::Parameter(i) => {
                 let of_value = signature.parameters[i].log && p[i] != 0.0;
                 let size = if of_value { p[i].abs() } else { parameter_size(system, i) };
@@ -462,7 +462,7 @@ impl<S: Solved> Along<'_, S> {
             Direction::Start(_) => None,
         };
         let moved = s.iter().zip(self.sizes).map(|(s, size)| (s / size).abs());
-        let fastest = moved.fold(own.map_or(0.0, |(_, size)| 1.0 / size), f64::max);
+        let fastest = moved.fold(parameter.map_or(0.0, |(_, size)| 1.0 / size), f64::max);
         let mut slope = DMatrix::zeros(signature.outputs.len(), n + signature.n_u());
         if fastest == 0.0 {
             return Ok(slope);
@@ -470,7 +470,7 @@ impl<S: Solved> Along<'_, S> {
         let difference = |step: f64| {
             let side = |step: f64| {
                 let mut p = p.to_vec();
-                if let Some((i, _)) = own {
+                if let Some((i, _)) = parameter {
                     p[i] += step;
                 }
                 let move_by = |values: &[f64], slopes: &[f64]| -> Vec<f64> {
@@ -481,14 +481,14 @@ impl<S: Solved> Along<'_, S> {
                 output_jacobians(system, Point { t: *t, y: &y, u: &u, p: &p, z })
             };
             let ([above_y, above_u], [below_y, below_u]) = (side(step), side(-step));
-            let by = |above: Vec<f64>, below: Vec<f64>| -> Vec<f64> {
+            let difference = |above: Vec<f64>, below: Vec<f64>| -> Vec<f64> {
                 above
                     .iter()
                     .zip(&below)
                     .map(|(above, below)| (above - below) / (2.0 * step))
                     .collect()
             };
-            [by(above_y, below_y), by(above_u, below_u)]
+            [difference(above_y, below_y), difference(above_u, below_u)]
         };
         let step = STEP / fastest;
         let (coarse, fine) = (difference(step), difference(0.5 * step));

@@ -38,7 +38,7 @@ impl OperatingPoint {
         Ok(at)
     }
 
-    /// The same with the sensitivities of the unknowns there, in the order of [`System`].
+    /// The point with the sensitivities of its unknowns, in the order of [`System`].
     pub(crate) fn reached_with_sensitivities<S: Solved>(
         problem: &Problem<'_, S>,
         from: f64,
@@ -67,8 +67,8 @@ impl OperatingPoint {
         inputs.value(t, Side::Right, &mut u);
         let first = u.len() - solution.n_past;
         u[first..].copy_from_slice(solution.past(last));
-        let at = Self { t, y: solution.y(last).to_vec(), u, z: solution.z(last).to_vec() };
-        Ok((at, solution.s(last).to_vec()))
+        let point = Self { t, y: solution.y(last).to_vec(), u, z: solution.z(last).to_vec() };
+        Ok((point, solution.s(last).to_vec()))
     }
 
     /// The point as an argument of the model's functions.

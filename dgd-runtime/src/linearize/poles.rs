@@ -207,11 +207,11 @@ fn of_block(mut matrix: DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
         let turn = DMatrix::identity(n, n) - &axis * axis.transpose() * 2.0;
         Schur::try_new(&turn * &matrix * &turn, f64::EPSILON, most)
     });
-    let found = schur.ok_or(LinearizeError::NoEigenvalues)?.complex_eigenvalues();
-    if found.iter().any(|s| !(s.re.is_finite() && s.im.is_finite())) {
+    let eigenvalues = schur.ok_or(LinearizeError::NoEigenvalues)?.complex_eigenvalues();
+    if eigenvalues.iter().any(|s| !(s.re.is_finite() && s.im.is_finite())) {
         return Err(LinearizeError::NoEigenvalues);
     }
-    Ok(found.iter().map(|s| Pole { re: s.re, im: s.im, rounding }).collect())
+    Ok(eigenvalues.iter().map(|s| Pole { re: s.re, im: s.im, rounding }).collect())
 }
 
 /// The matrix of the states and the history in transit: x, then for each delayed unknown r at the Chebyshev points

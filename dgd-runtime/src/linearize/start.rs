@@ -1,7 +1,7 @@
-//! The start of a run at rest, or where start equations say, and how it moves with θ.
+//! The start of a run at rest, or by start equations, and its derivatives with respect to θ.
 //!
 //! ```text
-//!   0 = f(y₀, u₀, θ)  for all equations but those of states that name what is conserved,
+//!   0 = f(y₀, u₀, θ)  for all equations but those of states that name conserved sums,
 //!   cₖᵀ y₀ = cₖᵀ x₀                                    x₀: the declared start values
 //!
 //!   ∂f/∂y S = −∂f/∂θ,      cₖᵀ S = cₖᵀ dx₀/dθ − dcₖᵀ/dθ (y₀ − x₀)
@@ -25,10 +25,10 @@ use crate::system::{Direction, Point, Storage};
 /// Steps of differences of coefficients, in sizes of parameters.
 const STEP: f64 = 1e-4;
 
-/// Writes the unknowns at rest with the inputs as they are at `t` into `y`, found from the declared start values, and
-/// what they change by with θ into `s`; or, where the model has start equations, those that satisfy them.
+/// Writes the unknowns at rest with the inputs at `t` into `y`, starting from the declared start values, and their
+/// derivatives with respect to θ into `s`; or, if the model has start equations, unknowns that satisfy these.
 ///
-/// Where start values of all unknowns are given, nothing is written: these are where a run begins.
+/// If start values of all unknowns are given, nothing is written: a run starts there.
 ///
 /// # Errors
 ///
@@ -52,17 +52,17 @@ pub fn find_start<S: Solved>(
     let inputs = problem.inputs_read().map_err(|error| no_rest(error.to_string()))?;
     let mut u = S::Inputs::zeros(inputs.len());
     inputs.value(t, Side::Right, u.as_mut());
-    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
+    let point = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
     let mut declared = vec![0.0; n];
-    start_values(problem, at, &mut declared)?;
+    start_values(problem, point, &mut declared)?;
     let full: Vec<(usize, f64)> = declared.iter().copied().enumerate().collect();
-    let held = Inputs::constant(&u.as_ref()[..signature.inputs.len()]);
-    let search = Problem { inputs: &held, start: &full, ..*problem };
-    let found = rest(&search, t, options).map_err(|error| no_rest(error.to_string()))?;
-    y.copy_from_slice(&found.at.y);
+    let constant = Inputs::constant(&u.as_ref()[..signature.inputs.len()]);
+    let search = Problem { inputs: &constant, start: &full, ..*problem };
+    let steady = rest(&search, t, options).map_err(|error| no_rest(error.to_string()))?;
+    y.copy_from_slice(&steady.at.y);
     if let Some(s) = s {
-        let slopes = Slopes { problem, rest: &found, declared: &declared };
-        let solved = slopes.of_start(at, s);
+        let slopes = Slopes { problem, rest: &steady, declared: &declared };
+        let solved = slopes.of_start(point, s);
         solved.ok_or_else(|| {
             no_rest("derivatives to what is estimated are not defined there".to_owned())
         })?;
@@ -77,14 +77,14 @@ struct Slopes<'a, S: Solved> {
 }
 
 impl<S: Solved> Slopes<'_, S> {
-    /// S, n × n_s by columns; `None` where it is not determined.
+    /// S, n × n_s by columns; `None` if it is not determined.
     fn of_start(&self, at: Point<'_>, s: &mut [f64]) -> Option<()> {
         let system = self.problem.system;
         let signature = system.signature();
         let (n, n_s) = (self.declared.len(), signature.directions.len());
         let mut of_declared = vec![0.0; n * n_s];
         self.problem.start_sensitivities(at, &mut of_declared);
-        // At rest a delayed unknown is what it is now, and moves with that.
+        // At rest a delayed unknown equals its current value, and moves with it.
         let mut at_rest = self.rest.at.clone();
         at_rest.u[signature.past().held()].fill(0.0);
         let place = at_rest.point(self.problem.p);
@@ -151,7 +151,7 @@ impl<S: Solved> Slopes<'_, S> {
             let step = STEP * parameter_size(self.problem.system, i);
             let [after, before] = [step, -step].map(|step| self.conserved_at(i, step));
             let (after, before) = (after?, before?);
-            let of = |a: &Conserved, b: &Conserved| {
+            let difference = |a: &Conserved, b: &Conserved| {
                 let mut slope = vec![0.0; n];
                 for (sign, own) in [(1.0, a), (-1.0, b)] {
                     for (state, c) in &own.terms {
@@ -160,25 +160,25 @@ impl<S: Solved> Slopes<'_, S> {
                 }
                 slope
             };
-            let all = after.iter().zip(&before);
+            let pairs = after.iter().zip(&before);
             let names = |all: &[Conserved]| all.iter().map(|own| own.named_by).collect::<Vec<_>>();
             let is_same =
                 names(&after) == names(&self.rest.conserved) && names(&after) == names(&before);
-            is_same.then(|| all.map(|(a, b)| of(a, b)).collect())
+            is_same.then(|| pairs.map(|(a, b)| difference(a, b)).collect())
         });
         moved.collect()
     }
 
-    /// What is conserved at the point with another value of a parameter.
+    /// The conserved sums at the point with another value of a parameter.
     fn conserved_at(&self, parameter: usize, step: f64) -> Option<Vec<Conserved>> {
         let mut p = self.problem.p.to_vec();
         p[parameter] += step;
         let problem = Problem { p: &p, ..*self.problem };
         let mut sizes = vec![0.0; self.declared.len()];
         unknown_sizes(self.problem.system, self.declared, &mut sizes);
-        let at = &self.rest.at;
-        let held = Held { problem: &problem, t: at.t, u: &at.u, sizes: &sizes };
-        let found = held.conserved(&at.y, &at.z, self.declared);
-        (found.len() == self.rest.conserved.len()).then_some(found)
+        let point = &self.rest.at;
+        let families = Held { problem: &problem, t: point.t, u: &point.u, sizes: &sizes };
+        let conserved = families.conserved(&point.y, &point.z, self.declared);
+        (conserved.len() == self.rest.conserved.len()).then_some(conserved)
     }
 }

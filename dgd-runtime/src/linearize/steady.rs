@@ -84,13 +84,13 @@ fn found<S: Solved>(
 ) -> Result<Rest, SteadyStateError> {
     let verified = problem.verify().map_err(IntegrateError::BadRequest);
     verified.map_err(SteadyStateError::Start)?;
-    let mut held = vec![0.0; problem.inputs.len()];
+    let mut constant = vec![0.0; problem.inputs.len()];
     problem
         .inputs
         .cover(t, t)
         .map_err(|error| SteadyStateError::Start(IntegrateError::Inputs(error)))?;
-    problem.inputs.value(t, Side::Right, &mut held);
-    let inputs = Inputs::constant(&held);
+    problem.inputs.value(t, Side::Right, &mut constant);
+    let inputs = Inputs::constant(&constant);
     let problem = Problem { inputs: &inputs, ..*problem };
     let start = consistent_start(&problem, t, options).map_err(SteadyStateError::Start)?;
     let mut search =
@@ -164,8 +164,8 @@ impl<'a, S: Solved> Search<'a, S> {
         unknown_sizes(system, start, &mut sizes);
         let mut z = discrete_numbers(system, problem.p, t);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
-        let at = Point { t, y: start, u: &u, p: problem.p, z: &[] };
-        choose_start_modes(system, at, &mut e, &mut z);
+        let point = Point { t, y: start, u: &u, p: problem.p, z: &[] };
+        choose_start_modes(system, point, &mut e, &mut z);
         Ok(Self {
             problem,
             t,
@@ -217,16 +217,16 @@ impl<'a, S: Solved> Search<'a, S> {
         let mut e = vec![0.0; self.problem.system.signature().discrete.transitions().count()];
         let mut y = guess.to_vec();
         for _ in 0..MOST_SIDES {
-            let held = self.held();
+            let families = self.held();
             let conserved = if close {
-                held.conserved_close(guess, &z, &self.start)
+                families.conserved_close(guess, &z, &self.start)
             } else {
-                held.conserved(guess, &z, &self.start)
+                families.conserved(guess, &z, &self.start)
             };
             let is_solved = !conserved.is_empty()
-                && held.drift(&conserved, guess, &z).is_none()
-                && held.solve(&conserved, &mut y, &z)
-                && held.open(&conserved, &y, &z).is_none();
+                && families.drift(&conserved, guess, &z).is_none()
+                && families.solve(&conserved, &mut y, &z)
+                && families.open(&conserved, &y, &z).is_none();
             if !is_solved {
                 return None;
             }
@@ -341,8 +341,8 @@ impl<'a, S: Solved> Search<'a, S> {
 
     fn failure(&mut self, y: &[f64], z: &[f64], ran: f64) -> SteadyStateError {
         if let Some(error) = self.undetermined(y, z) {
-            let held = self.held();
-            return held.drift(&held.conserved(y, z, &self.start), y, z).unwrap_or(error);
+            let families = self.held();
+            return families.drift(&families.conserved(y, z, &self.start), y, z).unwrap_or(error);
         }
         let signature = self.problem.system.signature();
         let mut f = vec![0.0; y.len()];

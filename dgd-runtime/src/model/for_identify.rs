@@ -1,4 +1,4 @@
-//! What `dgd-identify` uses besides the public interface.
+//! Items used by `dgd-identify` in addition to the public interface.
 
 pub use crate::discrete::state_selection::select_states;
 pub use crate::discrete::{changes_by_mode, choose_sides, differential_somewhere};

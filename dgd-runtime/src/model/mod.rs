@@ -430,8 +430,8 @@ impl<S: Solved> fixed_step::Sink for Sampling<'_, S> {
         }
         let Problem { system, p, .. } = self.problem;
         segment.value(t, self.u.as_mut());
-        let at = Point { t, y, u: self.u.as_ref(), p, z: &[] };
-        system.output_sensitivities(at, s, &mut self.w, &mut self.dw);
+        let point = Point { t, y, u: self.u.as_ref(), p, z: &[] };
+        system.output_sensitivities(point, s, &mut self.w, &mut self.dw);
         self.samples.take(k, &self.w, &self.dw);
     }
 }

@@ -41,8 +41,8 @@ pub fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     let signature = problem.system.signature();
     let mut dtau = vec![0.0; signature.delays.len() * signature.directions.len()];
     if !dtau.is_empty() {
-        let at = Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] };
-        problem.system.delay_sensitivities(at, &mut dtau);
+        let point = Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] };
+        problem.system.delay_sensitivities(point, &mut dtau);
     }
     dtau
 }
@@ -84,30 +84,30 @@ impl LateTimes {
         needed.sort_by(|(a, a_side), (b, b_side)| {
             a.total_cmp(b).then((*a_side == Side::Right).cmp(&(*b_side == Side::Right)))
         });
-        let mut all: Vec<f64> = Vec::with_capacity(needed.len());
+        let mut all_times: Vec<f64> = Vec::with_capacity(needed.len());
         for (i, (t, side)) in needed.iter().enumerate() {
             let is_new = i == 0 || needed[i - 1].0 != *t;
             if is_new {
-                all.push(*t);
+                all_times.push(*t);
                 // A left limit is recorded together with the right one.
                 if *side == Side::Left {
-                    all.push(*t);
+                    all_times.push(*t);
                 }
             }
         }
 
         let row = |(t, side): &(f64, Side)| match side {
-            Side::Left => all.partition_point(|other| other < t),
-            Side::Right => all.partition_point(|other| other <= t) - 1,
+            Side::Left => all_times.partition_point(|other| other < t),
+            Side::Right => all_times.partition_point(|other| other <= t) - 1,
         };
         let mut rows = readings.chunks_exact(times.len()).map(|chunk| chunk.iter().map(row));
-        let asked = rows.next().map(Iterator::collect).unwrap_or_default();
+        let first = rows.next().map(Iterator::collect).unwrap_or_default();
         let clocks = used
             .iter()
             .zip(rows)
             .map(|(&delay, rows)| Clock { delay, tau: tau[delay], rows: rows.collect() })
             .collect();
-        Ok(Some(LateTimes { all, asked, clocks }))
+        Ok(Some(LateTimes { all: all_times, asked: first, clocks }))
     }
 
     /// The solution at the requested `times`, from that at all times or at the first of them.

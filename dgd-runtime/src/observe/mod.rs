@@ -75,13 +75,13 @@ pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
         inputs.value(t, solution.side(k), u.as_mut());
         u.as_mut()[inputs.len() - solution.n_past..].copy_from_slice(solution.past(k));
         let (y, z) = (solution.y(k), solution.z(k));
-        let at = Point { t, y, u: u.as_ref(), p: problem.p, z };
+        let point = Point { t, y, u: u.as_ref(), p: problem.p, z };
         let w = &mut observations.w[k * n_w..(k + 1) * n_w];
         if n_s == 0 {
-            system.outputs(at, w);
+            system.outputs(point, w);
         } else {
             let dw = &mut observations.dw[k * len..(k + 1) * len];
-            system.output_sensitivities(at, solution.s(k), w, dw);
+            system.output_sensitivities(point, solution.s(k), w, dw);
         }
     }
     for late in &solution.late {
@@ -161,12 +161,12 @@ impl<'a, S: Solved> Reading<'a, S> {
             let n_past = self.solution.n_past;
             let first = self.inputs.len() - n_past;
             self.u.as_mut()[first..].copy_from_slice(&self.late.past[k * n_past..(k + 1) * n_past]);
-            let at = Point { t, y, u: self.u.as_ref(), p, z };
+            let point = Point { t, y, u: self.u.as_ref(), p, z };
             if n_s == 0 {
-                system.outputs(at, &mut w);
+                system.outputs(point, &mut w);
             } else {
                 let sensitivities = &self.late.s[k * n * n_s..(k + 1) * n * n_s];
-                system.output_sensitivities(at, sensitivities, &mut w, &mut dw);
+                system.output_sensitivities(point, sensitivities, &mut w, &mut dw);
             }
             if moves {
                 let inside = t == s;
@@ -197,18 +197,18 @@ impl<'a, S: Solved> Reading<'a, S> {
         }
     }
 
-    /// ẇ along the solution; y and u are constant where it is not `inside` the run.
+    /// ẇ along the solution; y and u are constant outside of the run, if `inside` is false.
     fn output_rates(&mut self, t: f64, y: &[f64], z: &[f64], inside: bool, wdot: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
-        let at = Point { t, y, u: self.u.as_ref(), p, z };
+        let point = Point { t, y, u: self.u.as_ref(), p, z };
         let [dwdy, dwdu, dwdp, dwdt] = &mut self.jacobians;
-        system.output_jacobians(at, dwdy, dwdu, dwdp, dwdt);
+        system.output_jacobians(point, dwdy, dwdu, dwdp, dwdt);
         wdot.copy_from_slice(dwdt);
         if !inside {
             return;
         }
         let udot = self.udot.as_ref();
-        let ydot = self.rates.at(system, at, udot);
+        let ydot = self.rates.at(system, point, udot);
         let [by_y, by_u, _] = &system.signature().output_jacobians;
         for ((row, column), slope) in by_y.positions().zip(&*dwdy) {
             wdot[row] += slope * ydot.map_or(f64::NAN, |ydot| ydot[column]);

@@ -29,10 +29,10 @@ impl Inputs {
         let mut values = Vec::with_capacity(n_u * starts.len());
         let mut slopes = Vec::with_capacity(n_u * starts.len());
         for &t0 in &starts {
-            let own = (0..self.n_u).map(|input| self.line(Delayed { input, tau: 0.0 }, t0));
+            let lines = (0..self.n_u).map(|input| self.line(Delayed { input, tau: 0.0 }, t0));
             let late = delayed.iter().map(|delayed| self.line(*delayed, t0));
             let begun = values.len();
-            for (value, slope) in own.chain(late) {
+            for (value, slope) in lines.chain(late) {
                 values.push(value);
                 slopes.push(slope);
             }
@@ -70,18 +70,18 @@ impl Inputs {
         }
         late.sort_by(|(a, _), (b, _)| a.total_cmp(b));
 
-        let mut all: Vec<f64> = Vec::with_capacity(self.starts.len() + late.len());
-        let mut own = self.starts.iter().copied().peekable();
+        let mut times: Vec<f64> = Vec::with_capacity(self.starts.len() + late.len());
+        let mut starts = self.starts.iter().copied().peekable();
         for (t, rounding) in late {
-            while let Some(start) = own.next_if(|start| *start <= t + rounding) {
-                all.push(start);
+            while let Some(start) = starts.next_if(|start| *start <= t + rounding) {
+                times.push(start);
             }
-            if all.last().is_none_or(|last| t > last + rounding) {
-                all.push(t);
+            if times.last().is_none_or(|last| t > last + rounding) {
+                times.push(t);
             }
         }
-        all.extend(own);
-        all
+        times.extend(starts);
+        times
     }
 
     /// Whether an input jumps or kinks where the k-th segment starts; before the first it is
@@ -104,8 +104,8 @@ impl Inputs {
         let Some(k) = begun.checked_sub(1) else {
             return (self.values[input], 0.0);
         };
-        let at = k * self.n_u + input;
-        let (value, slope) = (self.values[at], self.slopes[at]);
+        let position = k * self.n_u + input;
+        let (value, slope) = (self.values[position], self.slopes[position]);
         let since = t0 - (self.starts[k] + tau);
         if slope == 0.0 || since <= 0.0 {
             return (value, slope);

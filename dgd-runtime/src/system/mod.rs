@@ -146,12 +146,12 @@ pub trait System {
     /// Start values y₀(u, p); guesses where the unknown is algebraic. `at.y` is not read.
     fn start(&self, at: Point<'_>, y: &mut [f64]);
 
-    /// ∂y₀/∂θ, n × n_s; rows of algebraic unknowns are overwritten by the solver. `at.y` is not
-    /// read. What the start value of an element adds that is itself a direction is left to
+    /// ∂y₀/∂θ, n × n_s; rows of algebraic unknowns are overwritten by the solver. `at.y` is not read. The contribution
+    /// of a start value of an element that is itself a direction is left to
     /// [`Problem::start_sensitivities`](crate::Problem::start_sensitivities).
     fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]);
 
-    /// What the start equations leave: r, one for each. A system without them need not implement this.
+    /// The residuals of the start equations: r, one for each. A system without them need not implement this.
     fn start_equations(&self, at: Point<'_>, rest: &mut [f64]) {
         let _ = at;
         rest.fill(0.0);
@@ -266,8 +266,8 @@ pub trait System {
         let _ = (at, udot, dr, drdy, drdt);
     }
 
-    /// What entering the modes `at.z` does to the single unknowns, n₁ of them: their [`JumpKind`]s as numbers, c, what
-    /// the constraints of these modes leave, and the non-zeros of H, where jumps and impulses d solve
+    /// Jumps of the single unknowns, n₁ of them, on entering the modes `at.z`: their [`JumpKind`]s as numbers, c, the
+    /// residuals of the constraints of these modes, and the non-zeros of H, where jumps and impulses d solve
     ///
     /// ```text
     ///   H d = −c(y)

@@ -51,7 +51,7 @@ impl Logistic {
     }
 }
 
-/// The same with its rate as an algebraic unknown: ẋ = r z, 0 = x (1 − x/K) − z.
+/// [`Logistic`] with its rate as an algebraic unknown: ẋ = r z, 0 = x (1 − x/K) − z.
 pub struct LogisticDae;
 
 impl Equations for LogisticDae {

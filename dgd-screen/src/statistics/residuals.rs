@@ -173,8 +173,8 @@ fn common_time(residuals: &[&[f64]], inputs: &[&[f64]], n: usize) -> f64 {
 
 /// Σ eₖ eₖ₊ₗ over all runs, and the number of pairs.
 fn lagged(runs: &[&[f64]], lag: usize) -> (f64, usize) {
-    let of = |run: &&[f64]| product(&run[lag.min(run.len())..], run);
-    runs.iter().map(of).fold((0.0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
+    let covariance = |run: &&[f64]| product(&run[lag.min(run.len())..], run);
+    runs.iter().map(covariance).fold((0.0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
 }
 
 /// Σ eₖ eₖ₊ₗ of one sequence, without values that are not finite.

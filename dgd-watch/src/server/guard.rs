@@ -75,9 +75,9 @@ impl Guard {
 
     /// Whether these are the secret's bytes, compared in constant time.
     fn is_secret(&self, given: &[u8]) -> bool {
-        let own = self.secret.as_bytes();
-        let pairs = own.iter().zip(given);
-        own.len() == given.len() && pairs.fold(0, |differs, (a, b)| differs | (a ^ b)) == 0
+        let secret = self.secret.as_bytes();
+        let pairs = secret.iter().zip(given);
+        secret.len() == given.len() && pairs.fold(0, |differs, (a, b)| differs | (a ^ b)) == 0
     }
 }
 
@@ -109,8 +109,8 @@ pub(super) async fn want_secret(
     request: Request,
     next: Next,
 ) -> Response {
-    let given = request.headers().get(SECRET);
-    if given.is_some_and(|given| shared.guard.is_secret(given.as_bytes())) {
+    let secret = request.headers().get(SECRET);
+    if secret.is_some_and(|given| shared.guard.is_secret(given.as_bytes())) {
         next.run(request).await
     } else {
         let why = "the secret is missing: open the address that `dgd watch` says, with all that is behind its #";

@@ -1,4 +1,4 @@
-//! Limits of what one server holds: connections, and pages that listen for changes.
+//! Limits of a server: connections, and pages that listen for changes.
 
 use std::io;
 use std::net::SocketAddr;
@@ -13,16 +13,16 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Sleep, sleep};
 
-/// Connections at a time. A browser opens six for a page; others wait.
+/// Limit on simultaneous connections. A browser opens six for a page; others wait.
 pub(super) const CONNECTIONS: usize = 64;
 
-/// Pages that listen at a time, each of which keeps a connection.
+/// Limit on pages that listen simultaneously, each of which keeps a connection.
 pub(super) const LISTENING: usize = 16;
 
-/// How long a connection may be open before anything comes from it.
+/// Time limit for the first data of a connection.
 const SILENCE: Duration = Duration::from_secs(10);
 
-/// A listener that accepts no more than [`CONNECTIONS`] connections at a time.
+/// A listener that accepts at most [`CONNECTIONS`] connections at a time.
 pub(super) struct Limited {
     listener: TcpListener,
     places: Arc<Semaphore>,
@@ -39,7 +39,7 @@ impl Listener for Limited {
     type Addr = SocketAddr;
 
     async fn accept(&mut self) -> (Connection, SocketAddr) {
-        // The semaphore is never closed; without a place there is no limit to keep.
+        // The semaphore is never closed; without a permit there is no limit to enforce.
         let place = Arc::clone(&self.places).acquire_owned().await.ok();
         let (stream, address) = Listener::accept(&mut self.listener).await;
         let silence = Some(Box::pin(sleep(SILENCE)));
@@ -51,10 +51,10 @@ impl Listener for Limited {
     }
 }
 
-/// A connection, which frees its place when it ends.
+/// A connection, which returns its permit when it ends.
 pub(super) struct Connection {
     stream: TcpStream,
-    /// Until something has come.
+    /// Until the first data arrives.
     silence: Option<Pin<Box<Sleep>>>,
     _place: Option<OwnedSemaphorePermit>,
 }

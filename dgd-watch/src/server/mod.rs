@@ -8,8 +8,9 @@
 //! | `POST /write` | values into the text of the model: [`write`] |
 //! | `GET /events` | server-sent events: a file has changed |
 //!
-//! Connections and listening pages are limited ([`limits`]). All requests except for the files need the secret ([`guard`]). A separate thread makes runs one after another; a run
-//! is abandoned if its page has gone away or sent a new request, or if its files changed.
+//! Connections and listening pages are limited ([`limits`]). All requests except for the files need the secret
+//! ([`guard`]). A separate thread makes runs one after another; a run is abandoned if its page has gone away or sent a
+//! new request, or if its files changed.
 
 mod guard;
 mod limits;
@@ -54,7 +55,7 @@ struct Shared {
     /// Incremented on every change of a file.
     changes: watch::Sender<u64>,
     stop: Stop,
-    /// A place for each page that may still listen for changes.
+    /// A permit for each page that may still listen for changes.
     listening: Arc<Semaphore>,
     /// The request that is being answered.
     current: Mutex<Option<u64>>,
@@ -86,7 +87,7 @@ impl Shared {
         }
     }
 
-    /// Answers one request after another, except those that nobody waits for.
+    /// Answers one request after another, except those whose page is gone.
     fn answer(&self, number: u64, ask: &Ask, is_gone: &AtomicBool) -> String {
         let mut bench = self.bench();
         {
@@ -249,7 +250,7 @@ async fn events(
         return Err((StatusCode::SERVICE_UNAVAILABLE, why));
     };
     let changes = shared.changes.subscribe();
-    // The place is free again when the stream ends.
+    // The permit is returned when the stream ends.
     let events = stream::unfold((changes, place), async |(mut changes, place)| {
         changes.changed().await.ok()?;
         let count = *changes.borrow_and_update();

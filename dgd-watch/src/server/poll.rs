@@ -45,9 +45,9 @@ pub(super) fn begin(shared: &Arc<Shared>) {
 
 fn look(files: &[PathBuf]) -> Vec<Seen> {
     let one = |file: &PathBuf| {
-        let seen = fs::metadata(file).ok();
-        let seen = seen.and_then(|data| Some((data.modified().ok()?, data.len())));
-        (file.clone(), seen)
+        let metadata = fs::metadata(file).ok();
+        let state = metadata.and_then(|data| Some((data.modified().ok()?, data.len())));
+        (file.clone(), state)
     };
     files.iter().map(one).collect()
 }

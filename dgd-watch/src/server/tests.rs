@@ -117,50 +117,50 @@ fn the_page_is_served_and_nothing_is_kept_or_let_out() {
 #[test]
 fn who_is_not_the_page_is_refused() {
     let served = Served::new();
-    let own = || format!("Host: {}", served.host());
+    let host = || format!("Host: {}", served.host());
     let secret = || format!("X-Dgd-Secret: {}", served.secret);
     let other_secret = format!("X-Dgd-Secret: {}", "0".repeat(32));
     let port = served.port;
     let line = |text: &str| text.to_owned();
     for (why, first, head, status) in [
-        ("no secret", "POST /ask HTTP/1.1", vec![own()], 403),
-        ("another secret", "POST /ask HTTP/1.1", vec![own(), other_secret], 403),
-        ("a part of it", "POST /ask HTTP/1.1", vec![own(), secret()[..30].to_owned()], 403),
-        ("no secret to write", "POST /write HTTP/1.1", vec![own()], 403),
-        ("no secret to hear", "GET /events HTTP/1.1", vec![own()], 403),
-        ("no secret to begin", "GET /first HTTP/1.1", vec![own()], 403),
+        ("no secret", "POST /ask HTTP/1.1", vec![host()], 403),
+        ("another secret", "POST /ask HTTP/1.1", vec![host(), other_secret], 403),
+        ("a part of it", "POST /ask HTTP/1.1", vec![host(), secret()[..30].to_owned()], 403),
+        ("no secret to write", "POST /write HTTP/1.1", vec![host()], 403),
+        ("no secret to hear", "GET /events HTTP/1.1", vec![host()], 403),
+        ("no secret to begin", "GET /first HTTP/1.1", vec![host()], 403),
         ("another host", "POST /ask HTTP/1.1", vec![line("Host: evil.example"), secret()], 403),
         ("another host for the page", "GET / HTTP/1.1", vec![line("Host: evil.example")], 403),
         ("its port", "GET / HTTP/1.1", vec![format!("Host: evil.example:{port}")], 403),
         ("another port", "GET / HTTP/1.1", vec![line("Host: 127.0.0.1:1")], 403),
         ("no port", "GET / HTTP/1.1", vec![line("Host: 127.0.0.1")], 403),
         ("no host", "GET / HTTP/1.0", vec![secret()], 403),
-        ("two hosts", "GET / HTTP/1.1", vec![own(), line("Host: evil.example")], 403),
+        ("two hosts", "GET / HTTP/1.1", vec![host(), line("Host: evil.example")], 403),
         (
             "another origin",
             "POST /ask HTTP/1.1",
-            vec![own(), secret(), line("Origin: http://evil.example")],
+            vec![host(), secret(), line("Origin: http://evil.example")],
             403,
         ),
-        ("no origin", "POST /ask HTTP/1.1", vec![own(), secret(), line("Origin: null")], 403),
+        ("no origin", "POST /ask HTTP/1.1", vec![host(), secret(), line("Origin: null")], 403),
         (
             "another port's origin",
             "POST /ask HTTP/1.1",
-            vec![own(), secret(), line("Origin: http://127.0.0.1:1")],
+            vec![host(), secret(), line("Origin: http://127.0.0.1:1")],
             403,
         ),
         (
             "https",
             "POST /ask HTTP/1.1",
-            vec![own(), secret(), format!("Origin: https://127.0.0.1:{port}")],
+            vec![host(), secret(), format!("Origin: https://127.0.0.1:{port}")],
             403,
         ),
-        ("another site", "GET / HTTP/1.1", vec![own(), line("Sec-Fetch-Site: cross-site")], 403),
-        ("OPTIONS", "OPTIONS /ask HTTP/1.1", vec![own(), secret()], 405),
-        ("PUT", "PUT /write HTTP/1.1", vec![own(), secret()], 405),
-        ("DELETE", "DELETE / HTTP/1.1", vec![own(), secret()], 405),
-        ("GET of what is posted", "GET /write HTTP/1.1", vec![own(), secret()], 405),
-        ("POST of what is got", "POST /first HTTP/1.1", vec![own(), secret()], 405),
+        ("another site", "GET / HTTP/1.1", vec![host(), line("Sec-Fetch-Site: cross-site")], 403),
+        ("OPTIONS", "OPTIONS /ask HTTP/1.1", vec![host(), secret()], 405),
+        ("PUT", "PUT /write HTTP/1.1", vec![host(), secret()], 405),
+        ("DELETE", "DELETE / HTTP/1.1", vec![host(), secret()], 405),
+        ("GET of what is posted", "GET /write HTTP/1.1", vec![host(), secret()], 405),
+        ("POST of what is got", "POST /first HTTP/1.1", vec![host(), secret()], 405),
     ] {
         let reply = served.raw(first, &head, "{}");
         assert_eq!(reply.status, status, "{why}: {}", reply.body);
@@ -266,7 +266,7 @@ fn so_many_pages_listen_and_others_are_told() {
         assert_eq!(first_line(stream), "HTTP/1.1 200");
     }
     assert_eq!(first_line(&mut served.send(&head)), "HTTP/1.1 503");
-    // Where one goes away, another may come.
+    // When one goes away, another may come.
     listening.pop();
     let began = Instant::now();
     while first_line(&mut served.send(&head)) != "HTTP/1.1 200" {

@@ -9,11 +9,11 @@ use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::{Declared, Equation, Model, Unknown};
 use crate::units::{Unit, parse_unit};
 
-/// A first guess of a delay that is not known beforehand, s.
+/// Initial guess for a delay that is unknown in advance, s.
 const GUESS: f64 = 1.0;
 
-/// The model with an unknown and an equation for each delay that may jump by itself; and each of these delays, with
-/// the position of its unknown.
+/// The model with an unknown and an equation for each delay that may jump by itself, and the position of the unknown
+/// for each of these delays.
 pub(in crate::dae) fn with_lags(model: &Model) -> (Cow<'_, Model>, Vec<(ExprId, u32)>) {
     let nodes = model.graph.listed(roots(model));
     let mut jumping: Vec<ExprId> = nodes

@@ -1,12 +1,11 @@
-//! Delays taken apart: outputs that are read late, inputs that arrive late, unknowns that act late.
+//! Pushes delays down to names: delayed outputs, inputs and unknowns.
 //!
-//! A delay of an expression is the expression of what varies in it, each delayed:
-//! delay(f(x, u, p), τ) = f(delay(x, τ), delay(u, τ), p), delay(time, τ) = time − τ, and
-//! delay(delay(x, a), b) = delay(x, a + b). Once delays stand at names only,
+//! A delayed expression is the same expression of its delayed variables: delay(f(x, u, p), τ) = f(delay(x, τ), delay(u,
+//! τ), p), delay(time, τ) = time − τ, and delay(delay(x, a), b) = delay(x, a + b). Once only names are delayed,
 //!
-//! - an output whose states are all late by τ is read at t − τ as a whole,
-//! - any other delayed input is an input of its own, after those that are declared,
-//! - any other delayed unknown is a symbol of its own.
+//! - an output whose variables are all delayed by τ is read at t − τ as a whole,
+//! - any other delayed input becomes an input of its own, after the declared ones,
+//! - any other delayed unknown becomes a symbol of its own.
 //!
 //! A delay that may jump by itself is an unknown of its own first ([`lags`]).
 
@@ -26,21 +25,21 @@ use crate::expr::{ExprId, Graph, Node};
 use crate::model::{Declared, Model};
 use crate::source::Span;
 
-/// What became of the delays of a model.
+/// The delays of a model after resolution.
 #[derive(Debug, Default)]
 pub(super) struct Resolved {
     pub(super) delays: Vec<Delay>,
     pub(super) varying: Vec<Delay>,
     pub(super) inputs: Vec<DelayedInput>,
     pub(super) unknowns: Vec<DelayedUnknown>,
-    /// For each output, how late it is read as a whole.
+    /// For each output, the delay by which it is read as a whole.
     pub(super) of_outputs: Vec<Option<usize>>,
 }
 
-/// Replaces delays in everything that was transferred.
+/// Replaces delays in all transferred expressions.
 ///
-/// After this no expression holds a delay or anything late: delayed inputs are inputs, and delayed
-/// unknowns symbols of their own.
+/// After this no expression holds a delay or a delayed value: delayed inputs are inputs, and delayed unknowns symbols
+/// of their own.
 pub(super) fn resolve(
     model: &Model,
     graph: &mut Graph,
@@ -73,7 +72,7 @@ pub(super) fn resolve(
     Ok(Resolved { delays, varying, inputs, unknowns, of_outputs })
 }
 
-/// All expressions, names included.
+/// All expressions, including those of names.
 fn roots(transferred: &Transferred<'_>) -> Vec<ExprId> {
     let Transferred {
         equations,
@@ -112,12 +111,12 @@ fn too_many(model: &Model, diagnostics: &mut Diagnostics) -> Reported {
     )
 }
 
-/// What the replacement of delays works with.
+/// State of the replacement of delays.
 struct Replacing<'a> {
     model: &'a Model,
     graph: &'a mut Graph,
     resolver: Resolver<'a>,
-    /// The expressions with delays at names only.
+    /// The expressions with their delays pushed down to names.
     at_names: HashMap<ExprId, ExprId>,
     diagnostics: &'a mut Diagnostics,
 }
@@ -144,8 +143,7 @@ impl Replacing<'_> {
         }
     }
 
-    /// An expression that acts on the model, which cannot read derivatives late. `reader` names it in
-    /// messages.
+    /// An expression of the dynamics, which must not read delayed derivatives. `reader` names it in messages.
     fn acting(&mut self, value: &mut ExprId, reader: &str, span: Span) {
         match self.resolver.instantaneous(self.graph, self.at_names[value]) {
             Ok(now) => *value = now,
@@ -162,7 +160,7 @@ impl Replacing<'_> {
         *value = now.unwrap_or_else(|_| unreachable!("what is known beforehand reads no unknowns"));
     }
 
-    /// Refuses start equations that read an unknown late: before the start there is nothing to solve for.
+    /// Refuses start equations that read a delayed unknown: there is no history to solve for before the start.
     fn start_equations(&mut self, values: &mut [ExprId]) {
         for (value, equation) in values.iter_mut().zip(&self.model.start_equations) {
             match self.resolver.instantaneous(self.graph, self.at_names[value]) {
@@ -174,7 +172,7 @@ impl Replacing<'_> {
         }
     }
 
-    /// The delays by which outputs are read late as a whole.
+    /// The delays by which outputs are read as wholes.
     fn outputs(&mut self, values: &mut [ExprId]) -> Vec<Option<usize>> {
         let outputs = values.iter_mut().zip(&self.model.outputs);
         outputs.map(|(value, output)| self.output(value, &output.declared)).collect()
@@ -183,7 +181,7 @@ impl Replacing<'_> {
     fn output(&mut self, value: &mut ExprId, declared: &Declared) -> Option<usize> {
         let Replacing { graph, resolver, at_names, diagnostics, .. } = self;
         let at_once = resolver.output(graph, at_names[value]);
-        // A quantity read at several times is read now, and the run keeps its past.
+        // A quantity read at several times is read now, and the run stores its past.
         let read = at_once.or_else(|read| {
             let now = resolver.instantaneous(graph, at_names[value]);
             now.map(|now| (now, None)).map_err(|_| read)
@@ -205,7 +203,7 @@ impl Replacing<'_> {
         delay
     }
 
-    /// The names of expressions in which everything late has been met.
+    /// The names of those expressions whose delayed values have all been resolved before.
     fn names(&mut self, names: &BTreeMap<ExprId, String>) -> BTreeMap<ExprId, String> {
         let mut kept = BTreeMap::new();
         for (id, name) in names {

@@ -1,4 +1,4 @@
-//! Delays pushed down to names, and the inputs and unknowns that names become when they are late.
+//! Pushes delays down to names and turns delayed names into inputs and unknowns.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,16 +10,16 @@ use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
 use crate::source::Span;
 
-/// Delays of delays open at most this many expressions.
+/// Nested delays are expanded into at most this many expressions.
 const MOST_WORK: usize = 1_000_000;
 
-/// The summands of a delay, ascending; numbers among them are added up.
+/// The summands of a delay, ascending; constants among them are added up.
 type Summands = Vec<ExprId>;
 
-/// Takes delays apart, and keeps what has become of them.
+/// Resolves delays and records the results.
 pub(super) struct Resolver<'a> {
     model: &'a Model,
-    /// What is late, and by how much, by the number of its `Late` symbol.
+    /// Delayed symbols and their delays, by the number of their `Late` symbol.
     late: Vec<(Symbol, Summands)>,
     numbers: BTreeMap<(Symbol, Summands), u32>,
     work: usize,
@@ -27,9 +27,9 @@ pub(super) struct Resolver<'a> {
     pub(super) varying: Vec<Delay>,
     pub(super) inputs: Vec<DelayedInput>,
     pub(super) unknowns: Vec<DelayedUnknown>,
-    /// What is read before it happens, whatever the parameters.
+    /// A symbol read before its time, whatever the parameters.
     early: Option<Symbol>,
-    /// Delays that are unknowns of their own, and these.
+    /// Delays that are unknowns of their own, with the positions of these.
     lags: BTreeMap<ExprId, u32>,
 }
 
@@ -49,7 +49,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The expressions with delays at names only; `None` where there are too many.
+    /// The expressions with their delays pushed down to names; `None` if there are too many.
     pub(super) fn push_down(
         &mut self,
         graph: &mut Graph,
@@ -90,7 +90,7 @@ impl<'a> Resolver<'a> {
         Some(built[&x])
     }
 
-    /// What varies, and how late it is; `None` for a parameter.
+    /// The undelayed symbol and its delay; `None` for a parameter.
     fn source(&self, symbol: Symbol) -> Option<(Symbol, Summands)> {
         match symbol {
             Symbol::Late(k) => Some(self.late[k as usize].clone()),
@@ -129,8 +129,7 @@ impl<'a> Resolver<'a> {
         graph.symbol(Symbol::Late(number))
     }
 
-    /// An expression of what is known now, of the present and the past; otherwise the late derivative,
-    /// which is not known.
+    /// The expression, if it reads only present and past values; otherwise the delayed derivative, which is unknown.
     pub(super) fn instantaneous(
         &mut self,
         graph: &mut Graph,
@@ -153,7 +152,7 @@ impl<'a> Resolver<'a> {
         Ok(graph.substitute(id, |symbol| replaced.get(&symbol).copied()))
     }
 
-    /// Unknowns in the delays of what an expression reads late.
+    /// Unknowns in the delays of an expression's delayed values.
     pub(super) fn unknowns_in_delays(&self, graph: &Graph, id: ExprId) -> Vec<u32> {
         let delayed = graph.symbols(id).into_iter().filter_map(|symbol| match symbol {
             Symbol::DelayedUnknown(k) => Some(self.unknowns[k as usize]),
@@ -168,8 +167,7 @@ impl<'a> Resolver<'a> {
         unknowns.collect()
     }
 
-    /// What an output reads at one time, and how late that is; otherwise two things that it reads
-    /// at different times.
+    /// The undelayed expression of an output and its delay; otherwise two symbols that it reads at different times.
     pub(super) fn output(
         &mut self,
         graph: &mut Graph,
@@ -180,7 +178,7 @@ impl<'a> Resolver<'a> {
             .into_iter()
             .filter_map(|symbol| self.source(symbol).map(|(source, late)| (symbol, source, late)))
             .collect();
-        // A delay that varies does not delay an output as a whole.
+        // A varying delay does not delay an output as a whole.
         if let Some((_, source, _)) = read.iter().find(|(_, _, late)| varies(graph, late)) {
             return Err([*source, *source]);
         }
@@ -200,7 +198,7 @@ impl<'a> Resolver<'a> {
             }
             Some((*first, late.clone()))
         } else {
-            // Inputs alone: read late as a whole where all of them are.
+            // Only inputs: read as a whole with a delay if all of them are delayed.
             let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
             let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
             let source = read.first().map(|(_, source, _)| *source);
@@ -237,7 +235,7 @@ impl<'a> Resolver<'a> {
         Ok((value, delay))
     }
 
-    /// An expression in which everything late has been met before; otherwise `None`.
+    /// An expression whose delayed values have all been resolved before; otherwise `None`.
     pub(super) fn known(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {
@@ -274,8 +272,8 @@ impl<'a> Resolver<'a> {
         }
         self.note_the_future(graph, Symbol::Input(i), summands);
         let wanted = DelayedInput { input: i as usize, delay: self.delay(graph, summands) };
-        let found = self.inputs.iter().position(|x| *x == wanted);
-        let position = found.unwrap_or_else(|| {
+        let known = self.inputs.iter().position(|x| *x == wanted);
+        let position = known.unwrap_or_else(|| {
             self.inputs.push(wanted);
             self.inputs.len() - 1
         });
@@ -295,8 +293,8 @@ impl<'a> Resolver<'a> {
         self.note_the_future(graph, unknown, summands);
         let (delay, varies) = (self.delay(graph, summands), varies(graph, summands));
         let wanted = DelayedUnknown { unknown, delay, varies };
-        let found = self.unknowns.iter().position(|x| *x == wanted);
-        let position = found.unwrap_or_else(|| {
+        let known = self.unknowns.iter().position(|x| *x == wanted);
+        let position = known.unwrap_or_else(|| {
             self.unknowns.push(wanted);
             self.unknowns.len() - 1
         });
@@ -329,7 +327,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Reports what reads the future.
+    /// Reports a value that is read before its time.
     pub(super) fn refuse_the_future(&mut self, span: Span, diagnostics: &mut Diagnostics) {
         let Some(symbol) = self.early.take() else { return };
         let message =
@@ -340,7 +338,7 @@ impl<'a> Resolver<'a> {
         );
     }
 
-    /// A late derivative where it acts on the model.
+    /// The error for a delayed derivative in the dynamics.
     pub(super) fn late_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
         let name = self.name(symbol);
         let message =
@@ -357,7 +355,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// What a symbol is called, in quotes.
+    /// The name of a symbol, in quotes.
     pub(super) fn name(&self, symbol: Symbol) -> String {
         match symbol {
             Symbol::Unknown(i) => format!("`{}`", self.model.unknowns[i as usize].declared.name),
@@ -392,7 +390,7 @@ fn delayed_unknown_symbol(position: usize) -> Symbol {
     Symbol::DelayedUnknown(u32::try_from(position).unwrap_or(u32::MAX))
 }
 
-/// Whether a delay is not the same at all times.
+/// Whether a delay varies with time.
 fn varies(graph: &Graph, summands: &[ExprId]) -> bool {
     let moves = |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
     summands.iter().any(|summand| graph.symbols(*summand).iter().any(moves))
@@ -407,8 +405,8 @@ fn include(graph: &mut Graph, summands: &mut Summands, tau: ExprId) {
         tau = graph.add(summands.remove(at), tau);
     }
     if graph.value(tau) != Some(0.0) {
-        let at = summands.partition_point(|other| *other <= tau);
-        summands.insert(at, tau);
+        let position = summands.partition_point(|other| *other <= tau);
+        summands.insert(position, tau);
     }
 }
 

@@ -1,5 +1,4 @@
-//! Elements matched one by one, where families cannot be matched as wholes, and messages about what
-//! is left over.
+//! Matches elements one by one if families cannot be matched as wholes, and reports the unmatched ones.
 
 use std::collections::BTreeSet;
 
@@ -10,27 +9,27 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{Graph, Symbol};
 use crate::model::Model;
 
-/// More rows are not matched one by one.
+/// At most this many rows are matched one by one.
 const MOST_ROWS: usize = 200_000;
 
-/// What is left to be matched one by one.
+/// Equations and elements to be matched one by one.
 pub(super) struct Unmatched<'a> {
     /// Positions of all equations.
     pub(super) all: &'a [usize],
-    /// Those that have not found their elements.
+    /// Those without elements so far.
     pub(super) left: &'a [Candidate],
     pub(super) columns: Columns,
-    /// Rows of elements whose derivatives equations give.
+    /// Rows of elements whose derivatives are given by equations.
     pub(super) solved: &'a [PlannedRows],
 }
 
-/// What found no partner, of how many.
+/// Unmatched items, and the total number.
 struct Unpaired<'a, T> {
     items: &'a [T],
     total: usize,
 }
 
-/// Matches every passage of every equation by itself; consecutive ones are joined again.
+/// Matches each passage of each equation separately; consecutive passages are joined again.
 pub(super) fn assign(
     model: &Model,
     graph: &Graph,
@@ -68,18 +67,18 @@ pub(super) fn assign(
     let free_rows: Vec<(usize, u32)> = matching.free_rows().map(|row| passages[row]).collect();
     let free_columns: Vec<usize> =
         matching.free_columns().filter(|column| !is_solved[*column]).collect();
-    // Single equations and unknowns that are left over may be a matter of the index.
+    // Unmatched single equations and unknowns may be a matter of the index.
     let is_single = |(row, _): &(usize, u32)| left[*row].count == 1;
     let only_single = free_columns.iter().all(|column| *column < columns.n_single)
         && free_rows.iter().all(is_single)
         && free_rows.len() == free_columns.len();
     if only_single {
         let pairs = passages.iter().zip(&matching.of_row);
-        let found = pairs.filter_map(|(&(row, passage), column)| {
+        let assigned = pairs.filter_map(|(&(row, passage), column)| {
             let equation = left[row].equation;
             column.map(|column| Assigned { equation, from: passage, count: 1, column })
         });
-        return Ok(joined(found).into_iter().filter(|a| a.column >= columns.n_single).collect());
+        return Ok(joined(assigned).into_iter().filter(|a| a.column >= columns.n_single).collect());
     }
     let rows: Vec<(usize, u32)> =
         free_rows.iter().map(|(row, passage)| (left[*row].equation, *passage)).collect();
@@ -108,7 +107,7 @@ fn array_of(model: &Model, element: usize) -> usize {
     model.arrays.partition_point(|array| array.first as usize <= element).saturating_sub(1)
 }
 
-/// Joins passages that follow each other and determine columns that do.
+/// Joins consecutive passages that determine consecutive columns.
 fn joined(all: impl Iterator<Item = Assigned>) -> Vec<Assigned> {
     let mut joined: Vec<Assigned> = Vec::new();
     for next in all {
@@ -126,8 +125,8 @@ fn joined(all: impl Iterator<Item = Assigned>) -> Vec<Assigned> {
     joined
 }
 
-/// Whether all equations could be matched if derivatives counted as their unknowns: then what is
-/// wrong is the index, not the number of equations.
+/// Whether all equations could be matched if derivatives counted as their unknowns: then the fault is the index, not
+/// the number of equations.
 fn could_be_matched(
     model: &Model,
     graph: &Graph,
@@ -160,14 +159,14 @@ fn could_be_matched(
     matching.free_rows().next().is_none() && matching.free_columns().next().is_none()
 }
 
-/// Messages about equations and unknowns that are left over.
+/// Names of unmatched equations and unknowns in messages.
 struct Names<'a> {
     model: &'a Model,
     transferred: &'a Transferred<'a>,
 }
 
 impl Names<'_> {
-    /// Single unknowns by name, elements by runs.
+    /// Single unknowns by name, elements as ranges.
     fn columns(&self, columns: &[usize]) -> String {
         let n_single = self.model.unknowns.len();
         let mut names = Vec::new();
@@ -196,7 +195,7 @@ impl Names<'_> {
         quoted(names.iter().map(String::as_str))
     }
 
-    /// Equations by label, passages of loops by runs.
+    /// Equations by label, passages of loops as ranges.
     fn rows(&self, rows: &[(usize, u32)]) -> String {
         let families = self.transferred.equations.len() - self.model.families.len();
         let mut names: Vec<String> = Vec::new();
@@ -204,14 +203,14 @@ impl Names<'_> {
         while let Some(&(e, from)) = rest.first() {
             let runs = rest.iter().zip(from..).take_while(|(row, passage)| **row == (e, *passage));
             let length = runs.count();
-            let to = rest[length - 1].1;
+            let end = rest[length - 1].1;
             rest = &rest[length..];
             let label = self.transferred.equations[e].label;
             names.push(match e.checked_sub(families).map(|f| &self.model.families[f]) {
                 None => label.to_owned(),
                 Some(family) => {
                     let first = family.lower + i64::from(from);
-                    let last = family.lower + i64::from(to);
+                    let last = family.lower + i64::from(end);
                     if length == 1 {
                         format!("{label}[{first}]")
                     } else {
@@ -279,7 +278,7 @@ impl Names<'_> {
         diagnostics.error(diagnostic)
     }
 
-    /// Too long to be matched one by one.
+    /// The error for too many rows to be matched one by one.
     fn too_many(&self, left: &[Candidate], diagnostics: &mut Diagnostics) -> Reported {
         let longest = left.iter().max_by_key(|row| row.count);
         let equation = longest.map(|row| &self.transferred.equations[row.equation]);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// Columns, each run of them by where it begins and ends.
+/// Columns as disjoint runs, each with its begin and end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Intervals {
     runs: BTreeMap<usize, usize>,
@@ -16,17 +16,17 @@ impl Intervals {
         Intervals { runs, len: end.saturating_sub(begin) }
     }
 
-    /// How many columns there are.
+    /// Number of columns.
     pub(super) fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether all `count` columns from `first` on are among them.
+    /// Whether it contains all `count` columns from `first` on.
     pub(super) fn contains(&self, first: usize, count: usize) -> bool {
         self.run_at(first).is_some_and(|(_, end)| first + count <= end)
     }
 
-    /// Takes out columns, all of which are among them.
+    /// Removes columns, all of which it must contain.
     pub(super) fn remove(&mut self, first: usize, count: usize) {
         let Some((begin, end)) = self.run_at(first).filter(|(_, end)| first + count <= *end) else {
             return;

@@ -1,7 +1,7 @@
 //! Equations of loops and elements of arrays: which equation determines which elements.
 //!
-//! A loop's equation is one row expression for all its indices, a family. It is solved, matched and
-//! kept as a whole, so that nothing here grows with the length of an array.
+//! A loop's equation is one row expression for all its indices, a family. It is solved, matched and stored as a whole,
+//! so nothing here grows with the length of an array.
 
 mod elementwise;
 mod intervals;
@@ -24,10 +24,10 @@ pub(crate) use place::row_of;
 pub(super) use place::{Origins, families, isolate, place};
 pub(super) use written_out::written_out;
 
-/// Which equations determine elements of arrays.
+/// The equations that determine elements of arrays.
 #[derive(Debug, Default)]
 pub(super) struct Plan {
-    /// Positions of the equations that do, among all.
+    /// Positions of these equations among all.
     pub(super) taken: BTreeSet<usize>,
     /// The rows made from them.
     rows: Vec<PlannedRows>,
@@ -48,7 +48,7 @@ struct PlannedRows {
     count: u32,
     /// Position of the equation among all.
     equation: usize,
-    /// Which of the equation's passages the first row is.
+    /// The equation's passage for the first row.
     from: u32,
     /// f, swept from the equation's first passage on.
     rhs: ExprId,
@@ -56,18 +56,18 @@ struct PlannedRows {
     differential: bool,
 }
 
-/// What an equation, or a family of them, could determine.
+/// The columns that an equation, or a family of them, could determine.
 #[derive(Debug)]
 struct Candidate {
     /// Position among all equations.
     equation: usize,
     /// Number of passages.
     count: u32,
-    /// First columns: of what moves with the loop, as many columns as passages.
+    /// First columns; for columns that move with the loop, as many follow as there are passages.
     columns: Vec<usize>,
 }
 
-/// Single unknowns are the first columns, elements of arrays follow.
+/// Single unknowns are the first columns; elements of arrays follow.
 #[derive(Debug, Clone, Copy)]
 struct Columns {
     n_single: usize,
@@ -84,11 +84,11 @@ impl Columns {
     }
 }
 
-/// Finds an equation for each element. Single equations that find no unknown among single ones are left to
-/// index reduction; arrays that would have to take part in it are added to `tied`, and the failure is reported.
+/// Finds an equation for each element. Single equations that match no single unknown are left to index reduction;
+/// arrays that would have to take part in it are added to `tied`, and the failure is reported.
 ///
-/// Equations of modes determine only single unknowns, so that the rows of arrays are the same in all
-/// modes. Those of the modes that the model starts in stand for the others.
+/// Equations of modes determine only single unknowns, so the rows of arrays are the same in all modes. The equations of
+/// the initial modes represent the others.
 pub(super) fn plan(
     model: &Model,
     graph: &mut Graph,
@@ -103,7 +103,7 @@ pub(super) fn plan(
     let families = equations.len() - model.families.len();
     let count = |e: usize| e.checked_sub(families).map_or(1, |f| model.families[f].count);
     let holding = transferred.holding(&Combinations::start_modes(model));
-    let all: Vec<usize> = holding.into_iter().chain(families..equations.len()).collect();
+    let positions: Vec<usize> = holding.into_iter().chain(families..equations.len()).collect();
     let n_elements = model.arrays.iter().map(|array| array.count as usize).sum();
     let columns = Columns { n_single: model.unknowns.len(), n_elements };
 
@@ -123,7 +123,7 @@ pub(super) fn plan(
     for derivative in equations.iter().flat_map(|equation| &equation.derivatives) {
         *users.entry(*derivative).or_default() += 1;
     }
-    let left: Vec<Candidate> = all
+    let left: Vec<Candidate> = positions
         .iter()
         .filter(|e| !taken.contains(e))
         .map(|&e| candidate(graph, e, &equations[e], count(e), &users, columns))
@@ -135,18 +135,18 @@ pub(super) fn plan(
     let nothing_left = free.len() == columns.n_single && left.iter().all(|row| row.count == 1);
     // Single equations and unknowns are counted and matched with all others of their kind.
     if !nothing_left {
-        let found = match wholesale::assign(&left, free, columns.n_single) {
+        let assignment = match wholesale::assign(&left, free, columns.n_single) {
             Some(found) => found,
             None => elementwise::assign(
                 model,
                 graph,
                 transferred,
-                &Unmatched { all: &all, left: &left, columns, solved: &rows },
+                &Unmatched { all: &positions, left: &left, columns, solved: &rows },
                 tied,
                 diagnostics,
             )?,
         };
-        for assigned in found {
+        for assigned in assignment {
             let equation = &equations[assigned.equation];
             let Some(first) = assigned.column.checked_sub(columns.n_single) else { continue };
             let first = u32::try_from(first).unwrap_or(u32::MAX);
@@ -249,7 +249,7 @@ fn elements_name(model: &Model, first: u32, count: u32) -> String {
     format!("{}..{upper}", name.trim_end_matches(']'))
 }
 
-/// No derivative is determined twice.
+/// Checks that no derivative is determined twice.
 fn verify_once(
     model: &Model,
     equations: &[Equation<'_>],
@@ -277,7 +277,7 @@ fn verify_once(
     Ok(())
 }
 
-/// An equation that could determine nothing should at least read an unknown.
+/// Checks that an equation that can determine nothing at least reads an unknown.
 fn verify_unknowns(graph: &Graph, equation: &Equation<'_>, diagnostics: &mut Diagnostics) {
     let is_unknown = |symbol: &Symbol| {
         matches!(
@@ -295,7 +295,7 @@ fn verify_unknowns(graph: &Graph, equation: &Equation<'_>, diagnostics: &mut Dia
     }
 }
 
-/// What an equation without derivatives of elements could determine.
+/// The columns that an equation without derivatives of elements could determine.
 fn candidate(
     graph: &Graph,
     position: usize,

@@ -11,11 +11,11 @@ use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 use crate::source::Span;
 
-/// What is known of the equations once they are transferred.
+/// Properties of the equations after transfer.
 pub(in crate::dae) struct Origins {
     /// Label, place and first index of each equation.
     equations: Vec<(String, Span, Option<i64>)>,
-    /// Start values of arrays, and what they were before the start.
+    /// Initial values of arrays and their histories before the start.
     starts: Vec<(ExprId, Option<ExprId>)>,
 }
 
@@ -32,7 +32,7 @@ impl Origins {
     }
 }
 
-/// The planned rows, elements still by their positions among those of all arrays.
+/// The planned rows; elements are still numbered among those of all arrays.
 pub(in crate::dae) fn families(graph: &mut Graph, plan: &Plan, origins: &Origins) -> Vec<Family> {
     let family = |row: &PlannedRows| {
         let (label, span, lower) = &origins.equations[row.equation];
@@ -50,7 +50,7 @@ pub(in crate::dae) fn families(graph: &mut Graph, plan: &Plan, origins: &Origins
     plan.rows.iter().map(family).collect()
 }
 
-/// Some passages of an expression whose elements are not placed yet.
+/// Some passages of an expression whose elements have no final positions yet.
 fn passages(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
     match count {
         1 => at_passage(graph, id, from),
@@ -58,7 +58,7 @@ fn passages(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
     }
 }
 
-/// Gives an element, which [`families`] determine, a row of its own, and returns its position among them.
+/// Gives an element that [`families`] determine a row of its own, and returns its position among them.
 pub(in crate::dae) fn isolate(
     graph: &mut Graph,
     families: &mut Vec<Family>,
@@ -66,8 +66,8 @@ pub(in crate::dae) fn isolate(
 ) -> Option<usize> {
     let (position, family) = family_of(families, element)?;
     let family = family.clone();
-    let own = element - u32::try_from(family.first).unwrap_or(u32::MAX);
-    let ends = [0, own, own + 1, family.count];
+    let row = element - u32::try_from(family.first).unwrap_or(u32::MAX);
+    let ends = [0, row, row + 1, family.count];
     let ends = ends.windows(2).map(|ends| (ends[0], ends[1] - ends[0]));
     let pieces = ends.filter(|(_, count)| *count > 0).map(|(from, count)| {
         let rhs = passages(graph, family.rhs, from, count);
@@ -75,10 +75,10 @@ pub(in crate::dae) fn isolate(
     });
     let pieces: Vec<Family> = pieces.collect();
     families.splice(position..=position, pieces);
-    Some(position + usize::from(own > 0))
+    Some(position + usize::from(row > 0))
 }
 
-/// An element as the unknown that it is behind `n_single` others; anything else as it is.
+/// An element as an unknown after `n_single` others; any other symbol unchanged.
 fn placed(symbol: Symbol, n_single: u32) -> Symbol {
     match symbol {
         Symbol::Element(i) => Symbol::Unknown(n_single + i),
@@ -157,7 +157,7 @@ pub(in crate::dae) fn place(
     Ok(dae)
 }
 
-/// Every expression of the single rows and of what is read.
+/// Visits every expression of the single rows, outputs, start equations and transitions.
 fn each_expression(dae: &mut Dae, change: &mut dyn FnMut(&mut Graph, ExprId) -> ExprId) {
     let graph = &mut dae.graph;
     for unknown in &mut dae.unknowns {
@@ -204,7 +204,7 @@ pub(crate) fn row_of(graph: &mut Graph, id: ExprId, row: u32) -> ExprId {
     swept_from(graph, id, row, 1)
 }
 
-/// The same expression from a later passage on; where one passage is left, with nothing that moves.
+/// The same expression from a later passage on; with one passage left, without moving symbols.
 fn swept_from(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
     if from == 0 && count > 1 {
         return id;
@@ -234,11 +234,9 @@ fn swept_from(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
     graph.substitute(id, |symbol| replaced.get(&symbol).copied())
 }
 
-/// A family cut where an unknown, parameter or input that it reads in every row is the one that moves
-/// with the row.
+/// Splits a family where an unknown, parameter or input that every row reads is the one that moves with the row.
 ///
-/// After this each of them that a row reads is one symbol in it, so that each derivative is one
-/// expression at one place.
+/// Afterwards each of them is one symbol in a row, so that each derivative is one expression at one place.
 fn disjoint(graph: &mut Graph, family: &Family) -> Vec<Family> {
     let symbols = graph.symbols(family.rhs);
     let mut cuts = BTreeSet::from([0, family.count]);

@@ -1,7 +1,7 @@
 //! Families matched as wholes: each loop's equation determines one run of elements.
 //!
-//! An equation with one candidate left takes it. Where nothing is forced, a loop takes the elements that it
-//! names first. This finds what people write; what it does not find is left to [`super::elementwise`].
+//! An equation with one candidate left takes it. If none is forced, a loop takes the elements that it names first. This
+//! covers the usual models; [`super::elementwise`] handles the rest.
 
 use super::intervals::Intervals;
 use super::{Assigned, Candidate};
@@ -17,7 +17,7 @@ pub(super) fn assign(
     if needed != free.len() {
         return None;
     }
-    let mut found = Vec::with_capacity(rows.len());
+    let mut matched = Vec::with_capacity(rows.len());
     let mut open: Vec<&Candidate> = rows.iter().collect();
     loop {
         let before = open.len();
@@ -28,7 +28,7 @@ pub(super) fn assign(
             match (possible.next(), possible.next()) {
                 (Some(&column), None) => {
                     free.remove(column, row.count as usize);
-                    found.push(Assigned {
+                    matched.push(Assigned {
                         equation: row.equation,
                         from: 0,
                         count: row.count,
@@ -55,10 +55,10 @@ pub(super) fn assign(
         let row = open.remove(at);
         let column = middle(row, &free)?;
         free.remove(column, row.count as usize);
-        found.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
+        matched.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
     }
 
-    // Single equations are left. Those that find nothing are counted with all others of single unknowns.
+    // Single equations remain. Unmatched ones are counted with all others of single unknowns.
     let columns: Vec<usize> = free.iter().collect();
     let incidence: Vec<Vec<usize>> = open
         .iter()
@@ -70,14 +70,14 @@ pub(super) fn assign(
     }
     for (row, column) in open.iter().zip(&matching.of_row) {
         let Some(column) = column.map(|column| columns[column]) else { continue };
-        found.push(Assigned { equation: row.equation, from: 0, count: 1, column });
+        matched.push(Assigned { equation: row.equation, from: 0, count: 1, column });
     }
-    found.retain(|assigned| assigned.column >= n_single);
-    Some(found)
+    matched.retain(|assigned| assigned.column >= n_single);
+    Some(matched)
 }
 
-/// Of the runs of elements that a loop could determine, the one in the middle: that of `x[i]` where
-/// `x[i - 1]` and `x[i + 1]` stand beside it.
+/// The middle one of the runs of elements that a loop could determine: the run of `x[i]` in an equation that also reads
+/// `x[i - 1]` and `x[i + 1]`.
 fn middle(row: &Candidate, free: &Intervals) -> Option<usize> {
     let possible: Vec<usize> = row
         .columns

@@ -1,43 +1,43 @@
-//! Arrays written out: a model in which elements of some arrays are single unknowns, and loops that read
-//! these as wholes are single equations.
+//! Arrays written out: elements of some arrays become single unknowns, and loops that read these arrays as wholes
+//! become single equations.
 //!
-//! Index reduction chooses states and differentiates equations one by one. What takes part in it is
-//! written out before; all other arrays stay as they are.
+//! Index reduction chooses states and differentiates equations one by one. Arrays that take part in it are written out
+//! first; all others stay as they are.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Array, Equation, Family, Model, Output, OutputArray, Unknown};
 
-/// The model with these arrays, by position, written out. Single unknowns, equations and outputs keep
-/// their positions; what is new stands behind them.
+/// The model with the arrays at these positions written out. Single unknowns, equations and outputs keep their
+/// positions; new ones follow them.
 pub(in crate::dae) fn written_out(model: &Model, arrays: &BTreeSet<usize>) -> Model {
-    let mut own = model.clone();
+    let mut changed = model.clone();
     let places = Places::new(model, arrays);
     for (position, array) in model.arrays.iter().enumerate() {
         if arrays.contains(&position) {
-            let elements = (0..array.count).map(|k| element(&mut own.graph, array, k));
-            own.unknowns.extend(elements.collect::<Vec<Unknown>>());
+            let elements = (0..array.count).map(|k| element(&mut changed.graph, array, k));
+            changed.unknowns.extend(elements.collect::<Vec<Unknown>>());
         }
     }
     let kept = model.arrays.iter().enumerate().filter(|(position, _)| !arrays.contains(position));
-    own.arrays = kept
+    changed.arrays = kept
         .map(|(_, array)| Array { first: array.first - places.gone(array.first), ..array.clone() })
         .collect();
     let (loops, whole): (Vec<&Family>, Vec<&Family>) =
         model.families.iter().partition(|family| places.sweeps(&model.graph, &family.equation));
-    own.families = whole.into_iter().cloned().collect();
+    changed.families = whole.into_iter().cloned().collect();
     for family in loops {
-        let passages = (0..family.count).map(|k| passage(&mut own.graph, family, k));
-        own.equations.extend(passages.collect::<Vec<Equation>>());
+        let passages = (0..family.count).map(|k| passage(&mut changed.graph, family, k));
+        changed.equations.extend(passages.collect::<Vec<Equation>>());
     }
-    write_outputs(&mut own, model, arrays);
-    places.put(&mut own);
-    own
+    write_outputs(&mut changed, model, arrays);
+    places.put(&mut changed);
+    changed
 }
 
-/// An element as an unknown of its own, elements in its expressions still by their old positions. Like
-/// an element's, its start value is estimated on request only.
+/// An element as an unknown of its own, while elements in its expressions keep their old positions. Like an element's,
+/// its start value is estimated on request only.
 fn element(graph: &mut Graph, array: &Array, k: u32) -> Unknown {
     let mut unknown = array.unknown.clone();
     unknown.declared.name = format!("{}[{}]", unknown.declared.name, array.lower + i64::from(k));
@@ -58,7 +58,7 @@ fn passage(graph: &mut Graph, family: &Family, k: u32) -> Equation {
     }
 }
 
-/// An output for each element in the place of those of whole arrays.
+/// Replaces the outputs of whole arrays by one output for each element.
 fn write_outputs(own: &mut Model, model: &Model, arrays: &BTreeSet<usize>) {
     own.output_arrays.clear();
     for output in &model.output_arrays {
@@ -105,7 +105,7 @@ fn replaced(
     graph.substitute(id, |symbol| replacement.get(&symbol).copied())
 }
 
-/// Where elements are from now on.
+/// The new positions of elements.
 struct Places {
     /// First elements of the arrays that are written out, their numbers, and their first unknowns.
     runs: Vec<(u32, u32, u32)>,
@@ -161,7 +161,7 @@ impl Places {
         })
     }
 
-    /// Puts elements to their places in all of a model.
+    /// Moves elements to their new positions throughout a model.
     fn put(&self, model: &mut Model) {
         let mut graph = std::mem::take(&mut model.graph);
         for id in expressions(model) {
@@ -182,28 +182,28 @@ impl Places {
 
 /// All expressions of a model.
 fn expressions(model: &mut Model) -> Vec<&mut ExprId> {
-    let mut all: Vec<&mut ExprId> = Vec::new();
+    let mut expressions: Vec<&mut ExprId> = Vec::new();
     let arrays = model.arrays.iter_mut().map(|array| &mut array.unknown);
     for unknown in model.unknowns.iter_mut().chain(arrays) {
-        all.push(&mut unknown.start);
-        all.extend(&mut unknown.history);
+        expressions.push(&mut unknown.start);
+        expressions.extend(&mut unknown.history);
     }
-    all.extend(model.lets.iter_mut().map(|own| &mut own.value));
-    all.extend(model.outputs.iter_mut().map(|output| &mut output.value));
+    expressions.extend(model.lets.iter_mut().map(|own| &mut own.value));
+    expressions.extend(model.outputs.iter_mut().map(|output| &mut output.value));
     let families = model.families.iter_mut().map(|family| &mut family.equation);
     let mut equations: Vec<&mut Equation> =
         model.equations.iter_mut().chain(families).chain(&mut model.start_equations).collect();
     for automaton in &mut model.automata {
         equations.extend(automaton.modes.iter_mut().flat_map(|mode| &mut mode.equations));
-        all.extend(automaton.period.iter_mut().flatten());
+        expressions.extend(automaton.period.iter_mut().flatten());
         for transition in &mut automaton.transitions {
-            all.extend([&mut transition.left, &mut transition.right]);
-            all.extend(transition.resets.iter_mut().map(|reset| &mut reset.value));
+            expressions.extend([&mut transition.left, &mut transition.right]);
+            expressions.extend(transition.resets.iter_mut().map(|reset| &mut reset.value));
         }
     }
     for equation in equations {
-        all.extend([&mut equation.left, &mut equation.right]);
+        expressions.extend([&mut equation.left, &mut equation.right]);
     }
-    all.extend(model.saturations.iter_mut().map(|saturation| &mut saturation.bound));
-    all
+    expressions.extend(model.saturations.iter_mut().map(|saturation| &mut saturation.bound));
+    expressions
 }

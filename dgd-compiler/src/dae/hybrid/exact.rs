@@ -1,14 +1,14 @@
 //! Times of written constants as fractions.
 //!
 //! 0.1 s is a tenth of a second, though no double is; 1.1 h is 3960 s, though the product of 1.1 and 3600 as doubles is
-//! not. So a number stands for the fraction within its rounding that takes the fewest digits to write, as a decimal or as a
-//! quotient of whole numbers.
+//! not. So a number represents the fraction within its rounding error that takes the fewest digits to write, as a
+//! decimal or as a quotient of whole numbers.
 
 use dgd_signature::ExactTicks;
 
-/// A number that was converted to another unit, or is the sum or product of others, is known to this part of itself.
+/// Relative accuracy of a number that was converted to another unit or is the sum or product of others.
 const ROUNDING: f64 = 2.0 * f64::EPSILON;
-/// A decimal of more digits is as likely by chance.
+/// Decimals with more digits are as likely to match by chance.
 const DIGITS: usize = 15;
 
 /// The times first + k period as fractions of one denominator, if these can be written.
@@ -32,7 +32,7 @@ impl Fraction {
         Self { numerator: numerator / factor, denominator: denominator / factor }
     }
 
-    /// Digits that it takes to write it.
+    /// Number of digits needed to write it.
     fn length(self) -> f64 {
         (self.numerator.abs() as f64).log10() + (self.denominator as f64).log10()
     }
@@ -50,7 +50,7 @@ fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() <= ROUNDING * b.abs()
 }
 
-/// The fraction that a double stands for.
+/// The fraction that a double represents.
 fn fraction(x: f64) -> Option<Fraction> {
     if x == 0.0 {
         return Some(Fraction { numerator: 0, denominator: 1 });
@@ -64,7 +64,7 @@ fn fraction(x: f64) -> Option<Fraction> {
     }
 }
 
-/// The shortest decimal within rounding, and its digits.
+/// The shortest decimal within rounding error, and its number of digits.
 fn decimal(x: f64) -> Option<(Fraction, usize)> {
     (0..DIGITS).find_map(|behind| {
         let text = format!("{x:.behind$e}");
@@ -85,7 +85,7 @@ fn decimal(x: f64) -> Option<(Fraction, usize)> {
     })
 }
 
-/// The first convergent of the continued fraction within rounding.
+/// The first convergent of the continued fraction within rounding error.
 fn quotient(x: f64) -> Option<Fraction> {
     let (mut before, mut now) = ((0_i64, 1_i64), (1_i64, 0_i64));
     let mut rest = x.abs();
@@ -95,8 +95,8 @@ fn quotient(x: f64) -> Option<Fraction> {
             return None;
         }
         let next = |before: i64, now: i64| now.checked_mul(whole as i64)?.checked_add(before);
-        let found = (next(before.0, now.0)?, next(before.1, now.1)?);
-        (before, now) = (now, found);
+        let convergent = (next(before.0, now.0)?, next(before.1, now.1)?);
+        (before, now) = (now, convergent);
         if is_near(now.0 as f64 / now.1 as f64, x.abs()) {
             return Some(Fraction::new(if x < 0.0 { -now.0 } else { now.0 }, now.1));
         }
@@ -127,7 +127,7 @@ mod tests {
         for (x, numerator, denominator) in cases {
             assert_eq!(fraction(x), Some(Fraction { numerator, denominator }), "{x}");
         }
-        // A period of π is a fraction, too, within its rounding.
+        // Even a period of π is a fraction within its rounding error.
         let pi =
             fraction(std::f64::consts::PI).map(|of| of.numerator as f64 / of.denominator as f64);
         assert!(pi.is_some_and(|pi| is_near(pi, std::f64::consts::PI)));

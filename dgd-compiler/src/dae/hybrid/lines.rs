@@ -1,13 +1,13 @@
-//! Expressions that are lines over time, α + β time, and the clocks that they drive.
+//! Expressions linear in time, α + β time, and the clocks that they drive.
 //!
-//! α and β are made of parameters, and of discrete numbers of conditions on time and clocks: they change only at ticks.
+//! α and β depend on parameters and on discrete numbers of conditions on time and of clocks: they change only at ticks.
 
 use super::exact::exact_ticks;
 use crate::dae::{Clock, TimeCondition};
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// An expression α + β time; no β where it does not depend on time.
+/// An expression α + β time; without β if it does not depend on time.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::dae) struct Line {
     pub(in crate::dae) alpha: ExprId,
@@ -15,7 +15,7 @@ pub(in crate::dae) struct Line {
 }
 
 impl Line {
-    /// Whether α and β are the same at all times.
+    /// Whether α and β are constant.
     pub(in crate::dae) fn is_fixed(self, graph: &Graph) -> bool {
         std::iter::once(self.alpha).chain(self.beta).all(|id| !is_counted(graph, id))
     }
@@ -26,12 +26,13 @@ impl Line {
     }
 }
 
-/// Whether a discrete number is in an expression.
+/// Whether an expression contains a discrete number.
 fn is_counted(graph: &Graph, id: ExprId) -> bool {
     graph.symbols(id).iter().any(|symbol| matches!(symbol, Symbol::Discrete(_)))
 }
 
-/// The two conditions of the clock that ticks where a line passes each mark, or each whole number if there are none.
+/// The two conditions of the clock that ticks where a line passes each mark, or each whole number if there are no
+/// marks.
 pub(in crate::dae) fn ticks(
     graph: &mut Graph,
     line: Line,
@@ -73,7 +74,7 @@ impl Lines {
         self.lines.insert(id, line);
     }
 
-    /// Keeps an expression that is a line where its operands are lines.
+    /// Stores the line of an expression if its operands are lines.
     pub(in crate::dae) fn read(&mut self, graph: &mut Graph, id: ExprId, node: Node) {
         if let Some(line) = self.line(graph, id, node) {
             self.lines.insert(id, line);
@@ -135,7 +136,7 @@ impl Lines {
     }
 }
 
-/// A function of two slopes, of which one that is left out is zero.
+/// A function of two slopes; a missing slope is zero.
 fn of_both(
     graph: &mut Graph,
     a: Option<ExprId>,

@@ -1,4 +1,4 @@
-//! What happens at events: switches in rows, bounds, and conditions on time.
+//! Events: switches in rows, bounds, and conditions on time.
 
 pub(super) mod exact;
 mod lines;

@@ -1,7 +1,7 @@
 //! `saturate`: an unknown stays at its bound while its own equation would take it beyond.
 //!
-//! Each such unknown has an automaton of its own, free or at a bound b, between which its row
-//! chooses:
+//! Each such unknown has an automaton of its own with the modes free and at a bound b, and its row chooses between
+//! them:
 //!
 //! ```text
 //!              free        at a bound   to the bound when     released when
@@ -9,9 +9,9 @@
 //!   0 = f      0 = f       0 = b − x    f(b) points outwards  f(b) points inwards
 //! ```
 //!
-//! Which way an algebraic f points is told by the sign of its slope ∂f/∂x a little inside: x solves
-//! 0 = f there, so that f(b) and the slope together say on which side of b the solution lies. At the
-//! bound itself the slope can vanish, as that of q|q| does.
+//! For an algebraic f, the sign of its slope ∂f/∂x slightly inside the bound gives the direction: x solves 0 = f there,
+//! so f(b) and the slope together show on which side of b the solution lies. At the bound itself the slope can vanish,
+//! as it does for q|q|.
 
 use crate::dae::families::isolate;
 use crate::dae::rates::{Rows, Varying};
@@ -20,30 +20,30 @@ use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Bound, Crossing, Model};
 
-/// How far inside the slope of an algebraic row is taken, in the size of the unknown.
+/// Distance inside the bound at which the slope of an algebraic row is evaluated, relative to the size of the unknown.
 const A_LITTLE: f64 = 1e-3;
-/// What a state at its bound may be off by rounding, in the size of the unknown.
+/// Rounding error of a state at its bound, relative to the size of the unknown.
 const A_HAIR: f64 = 1e-9;
 /// The mode in which no bound acts.
 const FREE: usize = 0;
 
-/// Number of automata, those of saturations included.
+/// Number of automata, including those of saturations.
 pub(in crate::dae) fn n_automata(model: &Model) -> usize {
     model.automata.len() + saturated(model).len()
 }
 
 /// The unknowns with bounds, in the order of the file.
 fn saturated(model: &Model) -> Vec<Symbol> {
-    let mut all: Vec<Symbol> = Vec::new();
+    let mut symbols: Vec<Symbol> = Vec::new();
     for saturation in &model.saturations {
-        if !all.contains(&saturation.unknown) {
-            all.push(saturation.unknown);
+        if !symbols.contains(&saturation.unknown) {
+            symbols.push(saturation.unknown);
         }
     }
-    all
+    symbols
 }
 
-/// A bound, and the mode in which the unknown is at it.
+/// A bound, and the mode of the unknown at it.
 #[derive(Clone, Copy)]
 struct ActiveBound {
     side: Bound,
@@ -60,7 +60,7 @@ struct Bounded {
     mass: ExprId,
 }
 
-/// Lets the rows of unknowns with bounds choose between their modes, and adds the automata.
+/// Makes the rows of unknowns with bounds depend on their modes, and adds the automata.
 pub(in crate::dae) fn saturate(
     graph: &mut Graph,
     varying: Varying<'_>,
@@ -71,8 +71,8 @@ pub(in crate::dae) fn saturate(
 ) {
     let model = varying.model;
     for symbol in saturated(model) {
-        let own = model.saturations.iter().zip(bounds).filter(|(s, _)| s.unknown == symbol);
-        let at: Vec<ActiveBound> = own
+        let own_bounds = model.saturations.iter().zip(bounds).filter(|(s, _)| s.unknown == symbol);
+        let bounds_of_x: Vec<ActiveBound> = own_bounds
             .zip(FREE + 1..)
             .map(|((saturation, bound), mode)| ActiveBound {
                 side: saturation.side,
@@ -103,17 +103,17 @@ pub(in crate::dae) fn saturate(
             mass,
         };
         let mut transitions = Vec::new();
-        for at in &at {
-            let (held, own) = at_bound(graph, varying, &bounded, *at);
-            let behind = graph.constant(at.mode as f64 - 0.5);
-            let before = graph.constant(at.mode as f64 + 0.5);
+        for bound in &bounds_of_x {
+            let (held, changes) = at_bound(graph, varying, &bounded, *bound);
+            let behind = graph.constant(bound.mode as f64 - 0.5);
+            let before = graph.constant(bound.mode as f64 + 0.5);
             let above = graph.compare(Comparison::Greater, now, behind);
             let below = graph.compare(Comparison::Less, now, before);
             let is_mode = graph.simplified(crate::expr::graph::Node::And(above, below));
             *rhs = graph.select(is_mode, held, *rhs);
-            transitions.extend(own);
+            transitions.extend(changes);
         }
-        let names = at.iter().map(|at| match at.side {
+        let names = bounds_of_x.iter().map(|bound| match bound.side {
             Bound::Lower => "at its lower bound",
             Bound::Upper => "at its upper bound",
         });
@@ -165,7 +165,7 @@ fn at_bound(
     let half = graph.constant(0.5);
     let differential = graph.compare(Comparison::Greater, unknown.mass, half);
     let away = graph.subtract(at.bound, x);
-    let held = graph.select(differential, rate, away);
+    let stays = graph.select(differential, rate, away);
     let enter = graph.select(differential, distance, solution);
     let leave = graph.select(differential, relative, solution);
     let reset = vec![(this, at.bound)];
@@ -190,5 +190,5 @@ fn at_bound(
             transition(at.mode, FREE, Crossing::Rises, left, &[]),
         ]);
     }
-    (held, transitions)
+    (stays, transitions)
 }

@@ -1,10 +1,9 @@
-//! Conditions on time: comparisons that switch at a time which parameters alone determine, and clocks: ⌊x⌋ of an
-//! x that time moves, which steps at times that parameters alone determine.
+//! Conditions on time: comparisons that switch at a time determined by parameters alone, and clocks: ⌊x⌋ of an x linear
+//! in time, which steps at times determined by parameters alone.
 //!
-//! Both sides of `time > t_on` depend on time linearly, and otherwise on parameters only, so that
-//! left − right = α + β time. It switches at t = −α/β, and a solver can stop there. Where α or β depend on numbers of
-//! other clocks, as in `mod(time, 1 [d]) > 6 [h]`, so does this time: it is a clock with one mark, at zero, that
-//! follows the others.
+//! Both sides of `time > t_on` depend on time linearly, and otherwise on parameters only, so left − right = α + β time.
+//! It switches at t = −α/β, and a solver can stop there. If α or β depend on numbers of other clocks, as in `mod(time,
+//! 1 [d]) > 6 [h]`, so does this time: it is a clock with one mark, at zero, that follows the others.
 
 use crate::dae::hybrid::lines::{Line, Lines, ticks};
 use crate::dae::{Clock, TimeCondition};
@@ -12,16 +11,16 @@ use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// Conditions on time, and what stands for them in expressions.
+/// Conditions on time, and their replacements in expressions.
 pub(in crate::dae) struct OnTime {
     pub(in crate::dae) conditions: Vec<TimeCondition>,
-    /// Each in the place of two conditions.
+    /// Each replaces two conditions.
     pub(in crate::dae) clocks: Vec<Clock>,
     pub(in crate::dae) replacement: HashMap<ExprId, ExprId>,
 }
 
-/// The conditions on time that the roots hold, and what stands for each: whether the discrete
-/// number from position `first` on is above one half; for a step its discrete number.
+/// The conditions on time in the roots, and the replacement of each: whether the discrete number from position `first`
+/// on is above one half; for a step, its discrete number.
 pub(in crate::dae) fn time_conditions(
     graph: &mut Graph,
     roots: impl IntoIterator<Item = ExprId>,
@@ -84,7 +83,7 @@ fn passage(
 ) -> ([TimeCondition; 2], Clock) {
     let difference = a.minus(graph, b);
     let (mut times, clock) = ticks(graph, difference, condition, vec![0.0]);
-    // Where time does not move it, the comparison itself decides.
+    // If it does not depend on time, the comparison itself decides.
     let zero = graph.constant(0.0);
     let holds = graph.compare(comparison, difference.alpha, zero);
     let [above, below] = [1.0, -1.0].map(|side| graph.constant(side));
@@ -93,10 +92,10 @@ fn passage(
     (times, clock)
 }
 
-/// When a ≷ b switches, and what it is then.
+/// The time at which a ≷ b switches, and its value then.
 ///
-/// With a − b = α + β t it switches at −α/β. Where β is zero it never does, which counts as having
-/// switched before all times.
+/// With a − b = α + β t it switches at −α/β. If β is zero it never does, which counts as having switched before all
+/// times.
 fn switch(graph: &mut Graph, comparison: Comparison, a: Line, b: Line) -> TimeCondition {
     let zero = graph.constant(0.0);
     let difference = a.minus(graph, b);
@@ -106,15 +105,15 @@ fn switch(graph: &mut Graph, comparison: Comparison, a: Line, b: Line) -> TimeCo
     let (rising, falling) = (truth(graph, late), truth(graph, !late));
 
     let quotient = graph.divide(alpha, beta);
-    let at = graph.negate(quotient);
+    let crossing = graph.negate(quotient);
     let rises = graph.compare(Comparison::Greater, beta, zero);
     let falls = graph.compare(Comparison::Less, beta, zero);
     let moves = graph.simplified(Node::Or(rises, falls));
     let always = graph.constant(f64::NEG_INFINITY);
-    let at = graph.select(moves, at, always);
+    let time = graph.select(moves, crossing, always);
     let (one, still) = (graph.constant(1.0), graph.compare(comparison, alpha, zero));
     let still = graph.select(still, one, zero);
     let falling = graph.select(falls, falling, still);
     let after = graph.select(rises, rising, falling);
-    TimeCondition { at, after }
+    TimeCondition { at: time, after }
 }

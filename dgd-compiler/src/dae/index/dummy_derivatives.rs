@@ -1,15 +1,14 @@
-//! Dummy derivatives: which of the unknowns that constraints tie together stay states.
+//! Dummy derivatives: selects which of the unknowns tied together by constraints stay states.
 //!
-//! A constraint 0 = e(x) that was differentiated makes one of the x algebraic: its derivative is a
-//! dummy, an algebraic unknown like others, and the constraint gives x itself. Which x that can be
-//! is a question of the pivot: for k constraints, the determinant of ∂e/∂x over the k chosen x.
+//! A constraint 0 = e(x) that was differentiated makes one of the x algebraic: its derivative is a dummy, an algebraic
+//! unknown like others, and the constraint gives x itself. The pivot decides which x that can be: for k constraints,
+//! the determinant of ∂e/∂x over the k chosen x.
 //!
-//! Constraints are taken from those with the fewest unknowns of their own upwards, so that a block
-//! is as small as can be: a chain of rods is as many blocks. A block has
+//! Constraints with the fewest unknowns of their own come first, so that blocks are as small as possible: a chain of
+//! rods is as many blocks. A block has
 //!
-//! - one choice where a pivot is constant, or there is nothing to choose from,
-//! - all choices otherwise: a pendulum's rod gives y while it hangs, and x while it passes the
-//!   horizontal.
+//! - one choice if a pivot is constant, or if there is no alternative,
+//! - all choices otherwise: a pendulum's rod gives y while it hangs, and x while it passes the horizontal.
 //!
 //! # Source
 //!
@@ -24,13 +23,13 @@ use super::pantelides::Reduced;
 use super::variables::Variables;
 use crate::expr::{ExprId, Graph, Symbol};
 
-/// Blocks with more constraints, or more choices, keep one of them.
+/// Blocks with more constraints, or more choices, are limited to one choice.
 const MOST_CONSTRAINTS: usize = 4;
 const MOST_CHOICES: usize = 20;
 /// Pivots this close are equally good.
 const EQUAL: f64 = 1e-9;
 
-/// Constraints, and which unknowns they can be solved for.
+/// Constraints, and the unknowns that they can be solved for.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
     /// Equations of the constraints, ascending.
@@ -39,11 +38,11 @@ pub(super) struct Block {
     pub(super) rows: Vec<usize>,
     /// The unknowns among which there is a choice.
     pub(super) candidates: Vec<u32>,
-    /// At least one; the first keeps as states what is declared first.
+    /// At least one; with the first, the unknowns declared first stay states.
     pub(super) choices: Vec<Choice>,
 }
 
-/// What constraints are solved for.
+/// The unknowns that constraints are solved for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Choice {
     pub(super) dummies: Vec<u32>,
@@ -51,14 +50,14 @@ pub(super) struct Choice {
     pub(super) pivot: ExprId,
 }
 
-/// Rows of constraints that are solved together, and the unknowns that no earlier block has.
+/// Rows of constraints that are solved together, and their unknowns that are in no earlier block.
 struct Group {
     rows: Vec<usize>,
     candidates: Vec<u32>,
 }
 
-/// The blocks of the constraints; the positions of constraints without enough unknowns otherwise.
-/// `typical` has values of symbols near which a choice must hold where there are too many.
+/// The blocks of the constraints, or the positions of constraints without enough unknowns. `typical` has values of
+/// symbols near which a choice must hold if there are too many.
 pub(super) fn blocks_of(
     graph: &mut Graph,
     reduced: &Reduced,
@@ -105,14 +104,14 @@ fn groups(graph: &Graph, reduced: &Reduced) -> Result<Vec<Group>, Vec<usize>> {
     let mut met: BTreeSet<u32> = BTreeSet::new();
     let mut open: Vec<usize> = (0..unknowns.len()).collect();
     while let Some(&first) = open.first() {
-        // Within one order, the constraint with the fewest unknowns of its own.
+        // Of one order, the constraint with the fewest unknowns of its own.
         let order = reduced.constraints[first].order;
-        let own = |row: usize| unknowns[row].difference(&met).count();
+        let n_own = |row: usize| unknowns[row].difference(&met).count();
         let Some(row) = open
             .iter()
             .copied()
             .filter(|row| reduced.constraints[*row].order == order)
-            .min_by_key(|row| own(*row))
+            .min_by_key(|row| n_own(*row))
         else {
             break;
         };
@@ -122,7 +121,7 @@ fn groups(graph: &Graph, reduced: &Reduced) -> Result<Vec<Group>, Vec<usize>> {
             candidates: unknowns[row].difference(&met).copied().collect(),
         };
         while group.candidates.len() < group.rows.len() {
-            // The nearest group with unknowns of this one is solved together with it.
+            // The nearest group that shares unknowns with this one is solved together with it.
             let shares = |other: &Group| {
                 group
                     .rows
@@ -143,8 +142,7 @@ fn groups(graph: &Graph, reduced: &Reduced) -> Result<Vec<Group>, Vec<usize>> {
     Ok(groups)
 }
 
-/// Puts unknowns in the order of those whose derivatives they are, so that x, y and v_x, v_y are
-/// chosen alike.
+/// Sorts unknowns like those whose derivatives they are, so that x, y and v_x, v_y are chosen alike.
 fn sort_as_rates(graph: &Graph, reduced: &Reduced, lower: &[u32], candidates: &mut [u32]) {
     let mut position: BTreeMap<u32, usize> = BTreeMap::new();
     for (at, x) in lower.iter().enumerate() {
@@ -169,11 +167,11 @@ fn block(
     let mut matrix: Vec<Vec<ExprId>> = Vec::with_capacity(rows.len());
     for row in rows {
         let mut entries = vec![zero; candidates.len()];
-        let at = |symbol| match symbol {
+        let typical_value = |symbol| match symbol {
             Symbol::Unknown(i) => candidates.iter().position(|other| *other == i),
             _ => None,
         };
-        for (column, slope) in graph.gradient(reduced.constraints[*row].rest, at) {
+        for (column, slope) in graph.gradient(reduced.constraints[*row].rest, typical_value) {
             entries[column] = slope;
         }
         matrix.push(entries);
@@ -214,18 +212,18 @@ fn block(
     Ok(Block { equations, rows: rows.clone(), candidates: candidates.clone(), choices })
 }
 
-/// The subsets of k of n columns, those of the last columns first; `None` where there are too many.
+/// The subsets of k of n columns, those of the last columns first; `None` if there are too many.
 fn subsets(n: usize, k: usize) -> Option<Vec<Vec<usize>>> {
-    let mut found = Vec::new();
-    // What a subset leaves over, in lexicographic order.
+    let mut subsets = Vec::new();
+    // The complement of a subset, in lexicographic order.
     let rest = n - k;
     let mut kept: Vec<usize> = (0..rest).collect();
     loop {
-        if found.len() == MOST_CHOICES {
+        if subsets.len() == MOST_CHOICES {
             return None;
         }
-        found.push((0..n).filter(|column| !kept.contains(column)).collect());
-        let Some(at) = (0..rest).rev().find(|at| kept[*at] < k + at) else { return Some(found) };
+        subsets.push((0..n).filter(|column| !kept.contains(column)).collect());
+        let Some(at) = (0..rest).rev().find(|at| kept[*at] < k + at) else { return Some(subsets) };
         kept[at] += 1;
         for later in at + 1..rest {
             kept[later] = kept[later - 1] + 1;
@@ -254,7 +252,7 @@ fn determinant(graph: &mut Graph, matrix: &[Vec<ExprId>]) -> ExprId {
     sum
 }
 
-/// The product of the sizes of the chosen unknowns; 1 where all candidates are of one kind.
+/// The product of the sizes of the chosen unknowns; 1 if all candidates are of one kind.
 fn relative_size(variables: &Variables, candidates: &[u32], set: &[usize]) -> f64 {
     let unknown = |i: u32| &variables.unknowns[i as usize];
     let dimension = candidates.first().map(|i| unknown(*i).unit.dimension);
@@ -285,8 +283,8 @@ fn best_constant(
     best.map(|(at, _)| at)
 }
 
-/// Columns with a well-conditioned minor at typical values, by elimination with full pivoting;
-/// `None` where there are not as many as rows.
+/// Columns with a well-conditioned minor at typical values, by elimination with full pivoting; `None` if there are
+/// fewer than rows.
 fn best_columns(
     graph: &Graph,
     matrix: &[Vec<ExprId>],

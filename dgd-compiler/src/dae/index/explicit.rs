@@ -1,5 +1,5 @@
-//! The rows of one combination of modes: derivatives are solved for, the other equations find their
-//! algebraic unknowns.
+//! The rows of one combination of modes: some equations are solved for derivatives, the others are matched to algebraic
+//! unknowns.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::dae::matching::maximum_matching;
 use crate::dae::transfer::Equation;
 use crate::expr::{ExprId, Graph, Symbol};
 
-/// The equations that hold in a combination of modes, and what became of them.
+/// The equations of a combination of modes, and their rows.
 pub(in crate::dae) struct Explicit {
     pub(super) reduced: Reduced,
     pub(super) blocks: Vec<Block>,
@@ -23,7 +23,7 @@ pub(super) struct Row {
     pub(super) rhs: ExprId,
     pub(super) differential: bool,
     pub(super) equation: usize,
-    /// How often the equation has been differentiated.
+    /// How many times the equation has been differentiated.
     pub(super) order: u32,
 }
 
@@ -41,7 +41,7 @@ impl Explicit {
 /// The row of an unknown in one combination of modes.
 #[derive(Clone)]
 pub(super) enum Place {
-    /// Whatever states are chosen.
+    /// Independent of the choice of states.
     Fixed(Row),
     /// One for each choice of a block.
     Chosen(usize, Vec<Row>),
@@ -59,9 +59,8 @@ impl Place {
 
 /// The rows of one combination of modes of a part, whose unknowns are `own`, in their order.
 ///
-/// The choice of a block decides about its own unknowns only: its constraints determine those that are
-/// not states, and the equations without derivatives determine the algebraic unknowns, whatever is
-/// chosen.
+/// The choice of a block affects only its own unknowns: its constraints determine those that are not states, and the
+/// equations without derivatives determine the algebraic unknowns, whatever the choice.
 pub(super) fn rows_of(
     graph: &mut Graph,
     system: &Explicit,
@@ -96,16 +95,15 @@ pub(super) fn rows_of(
     for (i, row) in matched(graph, equations, &algebraic, &unknowns) {
         places[i as usize] = Some(Place::Fixed(row));
     }
-    let all = own.iter().map(|&i| {
+    let rows = own.iter().map(|&i| {
         let place = places[i as usize].take();
         let unused = || Place::Fixed(unused_row(graph, reduced, variables, i));
         (i, place.unwrap_or_else(unused))
     });
-    all.collect()
+    rows.collect()
 }
 
-/// The row of an unknown that other modes need: 0 = ẋ − z, and 0 = −z where x is algebraic;
-/// 0 = Σ c x − w.
+/// The row of an unknown that only other modes need: 0 = ẋ − z, or 0 = −z if x is algebraic; 0 = Σ c x − w.
 fn unused_row(graph: &mut Graph, reduced: &Reduced, variables: &Variables, i: u32) -> Row {
     let Some(addition) = variables.addition(i) else {
         unreachable!("what is declared is in use in all modes")
@@ -117,12 +115,12 @@ fn unused_row(graph: &mut Graph, reduced: &Reduced, variables: &Variables, i: u3
         },
         Added::Combination(terms) => sum(graph, terms, |graph, x| graph.symbol(Symbol::Unknown(x))),
     };
-    let own = graph.symbol(Symbol::Unknown(i));
-    let rhs = graph.subtract(value, own);
+    let symbol = graph.symbol(Symbol::Unknown(i));
+    let rhs = graph.subtract(value, symbol);
     Row { rhs, differential: false, equation: addition.equation, order: 0 }
 }
 
-/// Gives unknowns the equations that determine them: as many as there are.
+/// Matches unknowns to the equations that determine them.
 fn matched(
     graph: &Graph,
     equations: &[Equation<'_>],
@@ -142,7 +140,7 @@ fn matched(
     let pairs = residuals.iter().zip(&matching.of_row);
     pairs
         .map(|(residual, column)| {
-            // Index reduction has matched algebraic equations, and pivots that are not zero constraints.
+            // Index reduction has matched algebraic equations; constraints have nonzero pivots.
             let unknown = unknowns[column.unwrap_or_else(|| unreachable!("no row is free"))];
             let Residual { rest, equation, order } = **residual;
             (unknown, Row { rhs: rest, differential: false, equation, order })

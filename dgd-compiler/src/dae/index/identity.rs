@@ -1,16 +1,16 @@
-//! What expressions are identically: numbers, or the same at all times.
+//! Identities: expressions that are constant numbers, or constant in time.
 //!
-//! C + D − C − D is zero, and no rule of simplification says so. A rational expression that has one
-//! value at several points without a pattern has it everywhere (J. T. Schwartz, J. ACM 27 (1980)
-//! 701–717); symbols, and what is not arithmetic, stand for numbers of their own.
+//! C + D − C − D is zero, but no rule of simplification finds that. A rational expression with the same value at
+//! several points without a pattern has it everywhere (J. T. Schwartz, J. ACM 27 (1980) 701–717); symbols and
+//! operations that are not arithmetic get numbers of their own.
 
 use crate::expr::graph::apply;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// Where the sequences of numbers begin.
+/// Seeds of the sequences of numbers.
 const SAMPLES: [u64; 3] = [1, 2, 3];
-/// Values this close to a whole number, relative to what has cancelled on the way, are that number.
+/// Values this close to a whole number, relative to the cancelled terms, count as that number.
 const ROUNDING: f64 = 1e-12;
 
 /// Replaces an expression that is identically a whole number by that number.
@@ -29,7 +29,7 @@ pub(super) fn samples(graph: &Graph, id: ExprId) -> [f64; 3] {
     SAMPLES.map(|sample| sampled(graph, id, sample).0)
 }
 
-/// The value of an expression at a sample, and what it would be if nothing in it cancelled.
+/// The value of an expression at a sample, and its magnitude without cancellation.
 fn sampled(graph: &Graph, id: ExprId, sample: u64) -> (f64, f64) {
     let mut values: HashMap<ExprId, (f64, f64)> = HashMap::default();
     for (part, node) in graph.listed([id]) {
@@ -54,8 +54,8 @@ fn sampled(graph: &Graph, id: ExprId, sample: u64) -> (f64, f64) {
     values[&id]
 }
 
-/// A number between ½ and 1½, by SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): differences of
-/// such numbers must not have a pattern either.
+/// A number between ½ and 1½, by SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): differences of such numbers must have
+/// no pattern either.
 fn number(position: u64, sample: u64) -> f64 {
     let mut bits = (sample << 32 | position).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -64,7 +64,7 @@ fn number(position: u64, sample: u64) -> f64 {
     0.5 + (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Whether an expression is the same at all times.
+/// Whether an expression is constant in time.
 pub(super) fn is_constant(graph: &Graph, id: ExprId) -> bool {
     graph.symbols(id).iter().all(|symbol| matches!(symbol, Symbol::Parameter(_)))
 }
@@ -93,7 +93,7 @@ mod tests {
         let (one_way, other_way) = (g.subtract(d, c), g.subtract(f, e));
         let not_zero = g.subtract(one_way, other_way);
         assert_eq!(tidied(&mut g, not_zero), not_zero);
-        // sqrt(c²) is c only where c is not below zero.
+        // sqrt(c²) is c only if c is not negative.
         let square = g.multiply(c, c);
         let root = g.call1("sqrt", square);
         let not_one = g.divide(root, c);

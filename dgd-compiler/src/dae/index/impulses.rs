@@ -1,16 +1,16 @@
-//! Impulses: what entering modes that tie states together does to them, from the equations integrated
-//! over the instant.
+//! Impulses: the jumps of states on entering modes that tie them together, from the equations integrated over the
+//! instant.
 //!
 //! ```text
-//!   ẋ = r(x, z)        x⁺ − x⁻ = Σ ∂r/∂z Z        Z: what z is over the instant, in all
+//!   ẋ = r(x, z)        x⁺ − x⁻ = Σ ∂r/∂z Z        Z: integral of z over the instant
 //!   0 = a(x, z)             0 = Σ ∂a/∂z Z
-//!   0 = D c(x)              0 = c(x⁺)             where a constraint has been differentiated
+//!   0 = D c(x)              0 = c(x⁺)             if a constraint has been differentiated
 //! ```
 //!
-//! Only unknowns that depend on differentiated constraints can be impulsive. The coefficients must not
-//! move during the instant: they read no impulsive unknown, and no state that an impulse moves. An
-//! unknown whose equation is not like that, such as a power, is left out; states that depend on it
-//! then have no known jump. Where a constraint does, there is no rule for these modes.
+//! Only unknowns that depend on differentiated constraints can be impulsive. The coefficients must be constant during
+//! the instant: they read no impulsive unknown, and no state that an impulse moves. An unknown whose equation violates
+//! that, such as a power, is left out; states that depend on it then have no known jump. If a constraint depends on it,
+//! these modes have no rule.
 //!
 //! # Source
 //!
@@ -31,25 +31,25 @@ use crate::dae::{Impulses, JumpEntry, JumpKind};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 
-/// Pivots below this, of rows whose largest entry is one, are rounding.
+/// Pivots below this, in rows whose largest entry is one, are rounding errors.
 const NOTHING: f64 = 1e-9;
-/// Coefficients are opened through at most so many unknowns that follow from others.
+/// Limit on the depth of substitutions in coefficients.
 const MOST_OPENED: usize = 16;
 
-/// What entering one combination of modes does.
+/// The jumps on entering one combination of modes.
 #[derive(Debug, Clone, Default)]
 struct Rule {
     /// Kinds of all unknowns with a row or a derivative; others have none.
     kinds: BTreeMap<u32, JumpKind>,
-    /// By row and column, which are unknowns.
+    /// By row and column, which are numbers of unknowns.
     entries: BTreeMap<(u32, u32), ExprId>,
-    /// What constraints leave, by row.
+    /// Remainders of the constraints, by row.
     rests: BTreeMap<u32, ExprId>,
 }
 
 impl Systems {
-    /// The rules of all combinations of modes, as one; nothing where no mode ties states together.
-    /// `outside` are expressions of the rows of arrays.
+    /// The rules of all combinations of modes, merged into one; empty if no mode ties states together. `outside` are
+    /// expressions of the rows of arrays.
     pub(in crate::dae) fn impulses(
         &self,
         model: &Model,
@@ -83,13 +83,13 @@ impl Systems {
                     rule.unwrap_or_else(|| without_jumps(&system.reduced))
                 })
                 .collect();
-            let own = (0..n).filter(|i| self.part_of(*i) == part);
-            merge(graph, combinations, &rules, own, &mut impulses);
+            let members = (0..n).filter(|i| self.part_of(*i) == part);
+            merge(graph, combinations, &rules, members, &mut impulses);
         }
         impulses
     }
 
-    /// Parts that impulses of another one reach, on their way to states: pairs of parts.
+    /// Pairs of parts in which impulses of one pass through the other on their way to states.
     pub(super) fn joined_by_impulses(&self, graph: &Graph) -> BTreeSet<(usize, usize)> {
         let mut joins = BTreeSet::new();
         if self.parts.len() == 1 {
@@ -115,7 +115,7 @@ impl Systems {
             let algebraic = |other: usize| -> BTreeSet<u32> {
                 systems(other).flat_map(|reduced| reduced.unknowns.iter().copied()).collect()
             };
-            // Forwards: what impulses may reach.
+            // Forwards: the unknowns that impulses may reach.
             let mut reached: Vec<usize> = Vec::new();
             let mut emitted = impulsive;
             loop {
@@ -126,14 +126,16 @@ impl Systems {
                 emitted.extend(algebraic(next));
                 reached.push(next);
             }
-            // Backwards: what they have to pass on their way to a state.
+            // Backwards: the unknowns between these and a state.
             let others = (0..self.parts.len()).filter(|other| *other != part);
             let mut needed: Vec<usize> = others.filter(|other| moves(*other, &emitted)).collect();
             loop {
                 let leads = |other: &usize| {
-                    let own = algebraic(*other);
+                    let others_algebraic = algebraic(*other);
                     !needed.contains(other)
-                        && needed.iter().any(|later| moves(*later, &own) || reads(*later, &own))
+                        && needed.iter().any(|later| {
+                            moves(*later, &others_algebraic) || reads(*later, &others_algebraic)
+                        })
                 };
                 let Some(next) = reached.iter().copied().find(leads) else { break };
                 needed.push(next);
@@ -148,7 +150,7 @@ fn reads_any(graph: &Graph, id: ExprId, of: &BTreeSet<u32>) -> bool {
     unknowns_in(graph, id).iter().any(|i| of.contains(i))
 }
 
-/// Adds the rules of all combinations of a part, whose unknowns are `own`, as one.
+/// Adds the rules of all combinations of a part, merged into one; `own` are its unknowns.
 fn merge(
     graph: &mut Graph,
     combinations: &Combinations,
@@ -189,7 +191,7 @@ fn unknowns_in(graph: &Graph, id: ExprId) -> Vec<u32> {
     graph.symbols(id).into_iter().filter_map(unknown).collect()
 }
 
-/// The system of one combination of modes, and what an impulse can reach in it.
+/// The system of one combination of modes, with the unknowns that impulses can reach.
 struct Instant<'a> {
     reduced: &'a Reduced,
     /// The equation of each unknown without a derivative.
@@ -226,7 +228,7 @@ impl<'a> Instant<'a> {
         Instant { reduced, row_of, impulsive, jumping }
     }
 
-    /// The rule; `None` if a constraint depends on a quantity whose jump is not known.
+    /// The rule; `None` if a constraint depends on a quantity whose jump is unknown.
     fn rule(
         &self,
         graph: &mut Graph,
@@ -258,10 +260,10 @@ impl<'a> Instant<'a> {
         for x in &self.jumping {
             let rate = self.reduced.rates[x].value;
             let reads_lost = unknowns_in(graph, rate).iter().any(|z| unknown_jumps.contains(z));
-            let own =
+            let known =
                 self.coefficients(graph, rate).filter(|_| !reads_lost && !bounded.contains(x));
-            match own {
-                Some(own) => drop(coefficients.insert(*x, own)),
+            match known {
+                Some(known) => drop(coefficients.insert(*x, known)),
                 None => drop(lost.insert(*x)),
             }
         }
@@ -300,7 +302,7 @@ impl<'a> Instant<'a> {
                 }
             }
         }
-        // What determines the impulse of a constraint must be known.
+        // The impulse of a constraint must be determined by known quantities.
         if unknown_jumps.iter().any(|z| self.row_of[z].order > 0) {
             return None;
         }
@@ -317,15 +319,15 @@ impl<'a> Instant<'a> {
 
     /// ∂e/∂x of the unknowns with a derivative.
     fn slopes(graph: &mut Graph, e: ExprId) -> Vec<(u32, ExprId)> {
-        let own: Vec<u32> = unknowns_in(graph, e);
+        let unknowns: Vec<u32> = unknowns_in(graph, e);
         let gradient = graph.gradient(e, |symbol| match symbol {
-            Symbol::Unknown(i) => own.iter().position(|other| *other == i),
+            Symbol::Unknown(i) => unknowns.iter().position(|other| *other == i),
             _ => None,
         });
-        gradient.into_iter().map(|(at, slope)| (own[at], slope)).collect()
+        gradient.into_iter().map(|(at, slope)| (unknowns[at], slope)).collect()
     }
 
-    /// ∂e/∂z of the impulsive unknowns, where these do not move during the instant.
+    /// ∂e/∂z of the impulsive unknowns, if these derivatives are constant during the instant.
     fn coefficients(&self, graph: &mut Graph, e: ExprId) -> Option<Vec<(u32, ExprId)>> {
         let slopes = Self::slopes(graph, e).into_iter();
         let slopes: Vec<(u32, ExprId)> =
@@ -333,8 +335,8 @@ impl<'a> Instant<'a> {
         slopes.into_iter().map(|(z, slope)| Some((z, self.still(graph, slope)?))).collect()
     }
 
-    /// An expression that does not move during the instant, of states, inputs, time and parameters;
-    /// unknowns that follow from these are opened.
+    /// An expression of states, inputs, time and parameters that is constant during the instant; unknowns that follow
+    /// from these are substituted.
     fn still(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
         let mut id = id;
         for _ in 0..MOST_OPENED {
@@ -367,7 +369,7 @@ impl<'a> Instant<'a> {
         None
     }
 
-    /// What an unknown is by its own equation, where that gives it directly.
+    /// The value of an unknown if its own equation gives it directly.
     fn value_of(&self, graph: &mut Graph, z: u32) -> Option<ExprId> {
         let rest = self.row_of.get(&z)?.rest;
         let is_own = |symbol: Symbol| symbol == Symbol::Unknown(z);
@@ -382,18 +384,18 @@ impl<'a> Instant<'a> {
         Some(graph.divide(others, minus))
     }
 
-    /// Marks the states that take part in a sum which impulses leave alone: those that no choice of
-    /// impulses, within the equations between these, moves by themselves.
+    /// Marks the states in a sum that impulses conserve: those that no choice of impulses, subject to the equations
+    /// between them, moves by themselves.
     fn find_conserved(&self, graph: &Graph, rule: &mut Rule) {
         let of_kind = |kind: JumpKind| {
-            let own = rule.kinds.iter().filter(move |(_, other)| **other == kind);
-            own.map(|(i, _)| *i).collect::<Vec<u32>>()
+            let of_kind = rule.kinds.iter().filter(move |(_, other)| **other == kind);
+            of_kind.map(|(i, _)| *i).collect::<Vec<u32>>()
         };
         let (states, impulses) = (of_kind(JumpKind::Forced), of_kind(JumpKind::Impulse));
         let entry = |row: u32, column: u32| {
             rule.entries.get(&(row, column)).map_or(0.0, |value| samples(graph, *value)[0])
         };
-        // Rows: equations between impulses, then what each impulse does to each state.
+        // Rows: equations between impulses, then the effect of each impulse on each state.
         let between = impulses.iter().filter(|z| self.row_of[z].order == 0);
         let between: Vec<Vec<f64>> =
             between.map(|row| impulses.iter().map(|z| entry(*row, *z)).collect()).collect();
@@ -402,13 +404,13 @@ impl<'a> Instant<'a> {
         for v in &mut free {
             v.iter_mut().zip(&sizes).for_each(|(v, size)| *v /= size);
         }
-        // A row for each free combination of impulses: by how much it moves the states.
+        // A row for each free combination of impulses: its effect on the states.
         let moves: Vec<Vec<f64>> = free
             .iter()
             .map(|z| {
-                let by =
+                let effect =
                     |x: &u32| impulses.iter().zip(z).map(|(k, z)| entry(*x, *k) * z).sum::<f64>();
-                states.iter().map(by).collect()
+                states.iter().map(effect).collect()
             })
             .collect();
         let (moves, _) = of_one_size(moves, states.len());
@@ -437,8 +439,8 @@ fn spread(graph: &Graph, row_of: &BTreeMap<u32, Residual>, reached: &mut BTreeSe
     }
 }
 
-/// The matrix with columns divided by their largest entries, and these: what is nothing then does not
-/// depend on units.
+/// The matrix with columns scaled by their largest entries, and these scales, so that tests for zero do not depend on
+/// units.
 fn of_one_size(mut rows: Vec<Vec<f64>>, n: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut sizes = vec![1.0; n];
     for (column, size) in sizes.iter_mut().enumerate() {

@@ -1,16 +1,15 @@
-//! Derivatives solved for: ẋ = f, where equations are linear in derivatives.
+//! Solves equations for derivatives: ẋ = f, if they are linear in derivatives.
 //!
-//! Equations that share derivatives are solved together. Where they have constant coefficients,
+//! Equations that share derivatives are solved together. If they have constant coefficients,
 //!
 //! ```text
 //!   0 = A ẋ + b,   rows eliminated:   Σ c ẋ = f for as many combinations as A has rank,
 //!                                     0 = b'    for the rows that are left.
 //! ```
 //!
-//! A combination w = Σ c x of several unknowns is an unknown of its own: ẇ = f, while the x are
-//! algebraic. So no equation needs to be differentiated because of a capacitor between two nodes.
-//! Where A has full rank, and where it is not constant, derivatives stay in the equations as
-//! algebraic unknowns z, ẋ = z.
+//! A combination w = Σ c x of several unknowns is an unknown of its own: ẇ = f, while the x are algebraic. So a
+//! capacitor between two nodes does not require differentiating an equation. If A has full rank or is not constant,
+//! derivatives stay in the equations as algebraic unknowns z, ẋ = z.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +24,7 @@ pub(super) struct Residual {
     pub(super) rest: ExprId,
     /// Position of the equation.
     pub(super) equation: usize,
-    /// How often it has been differentiated.
+    /// How many times it has been differentiated.
     pub(super) order: u32,
 }
 
@@ -36,7 +35,7 @@ pub(super) struct Rate {
     pub(super) equation: usize,
 }
 
-/// What equations give directly.
+/// Derivatives that equations give directly, and the remaining equations.
 #[derive(Debug, Default)]
 pub(super) struct Solved {
     pub(super) rates: BTreeMap<u32, Rate>,
@@ -44,7 +43,7 @@ pub(super) struct Solved {
     pub(super) algebraic: Vec<Residual>,
 }
 
-/// Solves the equations that hold together for derivatives, as far as they are linear in them.
+/// Solves the equations of a combination of modes for derivatives, as far as they are linear in them.
 pub(super) fn solve_for_derivatives(
     graph: &mut Graph,
     all: &[Equation<'_>],
@@ -91,7 +90,7 @@ pub(super) fn solve_for_derivatives(
     solved
 }
 
-/// The equations in groups that share derivatives, each in the order written.
+/// The equations grouped by shared derivatives, each group in the order of the file.
 fn together(all: &[Equation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut group_of: BTreeMap<u32, usize> = BTreeMap::new();
@@ -117,7 +116,7 @@ fn together(all: &[Equation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
         }
     }
     groups.retain(|group| !group.is_empty());
-    // The order of the file does not decide what is eliminated.
+    // The order of the file must not affect the elimination.
     for group in &mut groups {
         group.sort_by_key(|e| all[*e].label);
     }
@@ -156,7 +155,7 @@ struct Line {
     equation: usize,
 }
 
-/// Eliminates among equations that share derivatives; whether that led to combinations.
+/// Eliminates among equations that share derivatives; returns whether that produced combinations.
 fn eliminate(
     graph: &mut Graph,
     all: &[Equation<'_>],
@@ -172,7 +171,7 @@ fn eliminate(
     let Some(mut lines) = linear(graph, all, members, &columns) else { return false };
     let Some(pivots) = reduce(graph, &mut lines, columns.len()) else { return false };
     if pivots.len() == columns.len() && members.len() == columns.len() {
-        // They determine every derivative, and need no unknowns but these.
+        // They determine every derivative and need no further unknowns.
         return false;
     }
     for (row, line) in lines.iter().enumerate() {
@@ -181,13 +180,13 @@ fn eliminate(
             left.push(Residual { rest: *rest, equation: *equation, order: 0 });
             continue;
         };
-        let by = coefficients[pivot];
-        let minus = graph.negate(by);
+        let divisor = coefficients[pivot];
+        let minus = graph.negate(divisor);
         let value = graph.divide(*rest, minus);
         let mut terms = Vec::new();
         for (column, coefficient) in columns.iter().zip(coefficients) {
             if graph.value(*coefficient) != Some(0.0) {
-                let quotient = graph.divide(*coefficient, by);
+                let quotient = graph.divide(*coefficient, divisor);
                 terms.push((*column, tidied(graph, quotient)));
             }
         }
@@ -208,7 +207,7 @@ fn eliminate(
     true
 }
 
-/// 0 = A ẋ + b with A free of derivatives.
+/// 0 = A ẋ + b, if A is free of derivatives.
 fn linear(
     graph: &mut Graph,
     all: &[Equation<'_>],
@@ -235,8 +234,8 @@ fn linear(
     Some(lines)
 }
 
-/// Gauss and Jordan on the rows: those with pivots first, and the columns of these; `None` where a
-/// quotient of coefficients is not constant in time.
+/// Gauss–Jordan elimination: moves rows with pivots to the front and returns their columns; `None` if a quotient of
+/// coefficients is not constant in time.
 fn reduce(graph: &mut Graph, lines: &mut [Line], n: usize) -> Option<Vec<usize>> {
     let mut pivots: Vec<usize> = Vec::new();
     for column in 0..n {

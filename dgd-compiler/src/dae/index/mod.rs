@@ -1,17 +1,17 @@
-//! The systems of all combinations of modes, of index 1 at most, and the rows that they make together.
+//! The systems of all combinations of modes, of index at most 1, and the rows that combine them.
 //!
-//! | file | what it does |
+//! | file | contents |
 //! |---|---|
 //! | `linear_derivatives` | solves equations for derivatives |
-//! | `partition` | parts whose modes do not meet |
-//! | `pantelides` | differentiates equations until the index is 1 at most |
-//! | `dummy_derivatives` | finds which states constraints can make algebraic |
+//! | `partition` | parts with independent modes |
+//! | `pantelides` | differentiates equations until the index is at most 1 |
+//! | `dummy_derivatives` | finds the states that constraints can make algebraic |
 //! | `state_selection` | chooses among them along a solution |
-//! | `explicit` | makes a row of each equation |
-//! | `impulses` | finds what entering modes does to states that they tie together |
+//! | `explicit` | turns each equation into a row |
+//! | `impulses` | jumps of states on entering modes that tie them together |
 //! | `variables` | declared unknowns, and those that these steps add |
-//! | `identity`, `typical` | what expressions are worth, identically or at the start |
-//! | `refusal` | says why an equation cannot be differentiated |
+//! | `identity`, `typical` | values of expressions, identically or at the start |
+//! | `refusal` | errors for equations that cannot be differentiated |
 
 mod dummy_derivatives;
 mod explicit;
@@ -47,13 +47,13 @@ pub(super) use explicit::Explicit;
 pub(super) use linear_derivatives::solve_for_derivative;
 pub(super) use state_selection::Selections;
 
-/// So many combinations of modes are taken together; where there are more, parts have their own.
+/// Up to this many combinations of modes form one part; with more, the model is split into parts.
 const TOGETHER: usize = 1024;
 
-/// One system for each combination of the modes of each part, over unknowns that all of them share.
+/// One system for each combination of the modes of each part, over common unknowns.
 pub(super) struct Systems {
     partition: Partition,
-    /// Combinations of modes of each part, and where its systems begin.
+    /// Combinations of modes of each part, and the position of its first system.
     parts: Vec<(Combinations, usize)>,
     /// Part by part, in the order of the combinations.
     pub(super) explicit: Vec<Explicit>,
@@ -78,15 +78,16 @@ impl Systems {
         let typical = Typical::of(model, graph, &transferred.starts);
         let last = transferred.equations.len() - model.families.len();
         let equations: BTreeSet<usize> = (0..last).filter(|e| !taken.contains(e)).collect();
-        let all = Combinations::of(model, 0..model.automata.len());
-        let is_whole = all.is_some_and(|all| all.len() <= TOGETHER);
+        let all_modes = Combinations::of(model, 0..model.automata.len());
+        let is_whole = all_modes.is_some_and(|modes| modes.len() <= TOGETHER);
         let mut partition = if is_whole {
             Partition::whole(model, equations)
         } else {
             let counted = verify_each_mode(model, graph, transferred, &equations, diagnostics);
             let single: Vec<usize> = equations.iter().copied().collect();
-            let all = &transferred.equations;
-            counted.inspect_err(|_| tie_what_is_read(model, graph, all, &single, tied))?;
+            let all_equations = &transferred.equations;
+            counted
+                .inspect_err(|_| tie_what_is_read(model, graph, all_equations, &single, tied))?;
             Partition::finest(model, graph, transferred, &equations)
         };
         let delayed = delayed.iter().map(|delayed| delayed.input).collect();
@@ -104,10 +105,16 @@ impl Systems {
                 };
                 let first = explicit.len();
                 for modes in combinations.iter() {
-                    let own = Own { partition: &partition, part: position, modes: &modes };
-                    let reduced =
-                        reduction.run(graph, own, &mut variables, tied, &mut joins, diagnostics)?;
-                    // What lacks another part is joined with it first.
+                    let parts_modes = Own { partition: &partition, part: position, modes: &modes };
+                    let reduced = reduction.run(
+                        graph,
+                        parts_modes,
+                        &mut variables,
+                        tied,
+                        &mut joins,
+                        diagnostics,
+                    )?;
+                    // Parts that need unknowns of another are joined with it first.
                     let Some(system) = reduced else { break };
                     explicit.push(system);
                 }
@@ -132,11 +139,11 @@ impl Systems {
 
     /// The part of an unknown.
     fn part_of(&self, i: u32) -> usize {
-        let found = match self.variables.addition(i) {
+        let part = match self.variables.addition(i) {
             Some(addition) => self.partition.of_equation(addition.equation),
             None => self.partition.of_unknown(i),
         };
-        found.unwrap_or_else(|| unreachable!("every unknown is in a part"))
+        part.unwrap_or_else(|| unreachable!("every unknown is in a part"))
     }
 
     /// The systems of a part, in the order of its combinations.
@@ -145,24 +152,23 @@ impl Systems {
         &self.explicit[*first..first + combinations.len()]
     }
 
-    /// The inputs that equations have been differentiated through, each once.
+    /// The inputs through which equations have been differentiated, each once.
     pub(super) fn differentiated_inputs(
         &self,
         equations: &[Equation<'_>],
     ) -> Vec<DifferentiatedInput> {
-        let mut all: Vec<DifferentiatedInput> = Vec::new();
+        let mut inputs: Vec<DifferentiatedInput> = Vec::new();
         let differentiated = self.explicit.iter().flat_map(|s| &s.reduced.differentiated);
         for (&input, &equation) in differentiated {
-            if all.iter().all(|other| other.input != input) {
+            if inputs.iter().all(|other| other.input != input) {
                 let equation = equations[equation].label.to_owned().into();
-                all.push(DifferentiatedInput { input, equation });
+                inputs.push(DifferentiatedInput { input, equation });
             }
         }
-        all
+        inputs
     }
 
-    /// The unknowns with their rows, which choose by the modes; `selecting` are the automata of the
-    /// selections.
+    /// The unknowns with their rows, which depend on the modes; `selecting` are the automata of the selections.
     pub(super) fn rows(
         &self,
         model: &Model,
@@ -173,12 +179,12 @@ impl Systems {
         diagnostics: &mut Diagnostics,
     ) -> Vec<Unknown> {
         let n = u32::try_from(self.variables.len()).unwrap_or(u32::MAX);
-        let mut own: Vec<Vec<u32>> = vec![Vec::new(); self.parts.len()];
-        (0..n).for_each(|i| own[self.part_of(i)].push(i));
+        let mut unknowns_by_part: Vec<Vec<u32>> = vec![Vec::new(); self.parts.len()];
+        (0..n).for_each(|i| unknowns_by_part[self.part_of(i)].push(i));
         let mut places: Vec<Vec<Place>> = vec![Vec::new(); self.variables.len()];
-        for (part, own) in own.iter().enumerate() {
+        for (part, unknowns) in unknowns_by_part.iter().enumerate() {
             for system in self.systems_of(part) {
-                for (i, place) in rows_of(graph, system, &self.variables, equations, own) {
+                for (i, place) in rows_of(graph, system, &self.variables, equations, unknowns) {
                     places[i as usize].push(place);
                 }
             }
@@ -226,7 +232,7 @@ impl Systems {
             .collect()
     }
 
-    /// ẏ of each unknown, where it is given in all modes.
+    /// ẏ of each unknown whose derivative is given in all modes.
     pub(super) fn rates(&self, graph: &mut Graph) -> Vec<Option<ExprId>> {
         let mut rate_of = |i: u32| {
             let part = self.part_of(i);
@@ -240,13 +246,13 @@ impl Systems {
     }
 }
 
-/// What the reduction of every combination of modes reads.
+/// Context for reducing every combination of modes.
 struct Reduction<'a> {
     model: &'a Model,
     transferred: &'a Transferred<'a>,
     slopes: Slopes<'a>,
     typical: &'a Typical,
-    /// Whether all is one part.
+    /// Whether the whole model is one part.
     is_whole: bool,
 }
 
@@ -263,7 +269,7 @@ impl Own<'_> {
         &self.partition.parts[self.part]
     }
 
-    /// Adds that this part needs the one of another unknown.
+    /// Records that this part needs the part of another unknown.
     fn join(&self, variables: &Variables, i: u32, joins: &mut BTreeSet<(usize, usize)>) {
         let other = match variables.addition(i) {
             Some(addition) => self.partition.of_equation(addition.equation),
@@ -274,8 +280,8 @@ impl Own<'_> {
 }
 
 impl Reduction<'_> {
-    /// The system of the equations of a part that hold in one combination, its states still to be chosen;
-    /// nothing where it has to be joined with another one.
+    /// The system of the equations of a part in one combination, its states not yet chosen; `None` if the part has to be
+    /// joined with another one.
     fn run(
         &self,
         graph: &mut Graph,
@@ -342,7 +348,7 @@ impl Reduction<'_> {
     }
 }
 
-/// Counts the equations in the modes to start in, and with each block in each of its other modes.
+/// Counts the equations in the initial modes, and with each block in each of its other modes.
 fn verify_each_mode(
     model: &Model,
     graph: &Graph,
@@ -368,7 +374,7 @@ fn verify_each_mode(
     Ok(())
 }
 
-/// Adds the arrays that single equations read: they may be what keeps these from being matched.
+/// Adds the arrays that single equations read: these may prevent the match.
 fn tie_what_is_read(
     model: &Model,
     graph: &Graph,
@@ -389,8 +395,7 @@ fn array_of(model: &Model, element: u32) -> usize {
     model.arrays.partition_point(|array| array.first <= element).saturating_sub(1)
 }
 
-/// The unknowns of a part in a combination of modes: those that are declared, and those that its equations
-/// have needed.
+/// The unknowns of a part in a combination of modes: the declared ones, and those that its equations have added.
 fn in_use(graph: &Graph, part: &Part, variables: &Variables, solved: &Solved) -> Vec<u32> {
     let rests = solved.algebraic.iter().map(|residual| residual.rest);
     let read = graph.reachable(rests.chain(solved.rates.values().map(|rate| rate.value)));
@@ -399,14 +404,13 @@ fn in_use(graph: &Graph, part: &Part, variables: &Variables, solved: &Solved) ->
         _ => None,
     });
     let added = read.chain(solved.rates.keys().copied()).filter(|i| variables.is_of(*i, part));
-    let mut all: Vec<u32> = part.unknowns.iter().copied().chain(added).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
+    let mut used: Vec<u32> = part.unknowns.iter().copied().chain(added).collect();
+    used.sort_unstable();
+    used.dedup();
+    used
 }
 
-/// Labels of the equations of an unknown's rows, each once and in an order that does not depend on
-/// that of the file.
+/// Labels of the equations of an unknown's rows, each once and in an order that does not depend on the file.
 fn labels<'a>(equations: &[Equation<'_>], rows: impl Iterator<Item = &'a Row>) -> String {
     let mut labels: Vec<String> = Vec::new();
     for row in rows {

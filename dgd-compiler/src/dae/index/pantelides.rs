@@ -5,16 +5,15 @@
 //!   ẋ = f(x, z),  0 = g(x, z):   D e = ∂e/∂x f + ∂e/∂z ż + ∂e/∂t + ∂e/∂u u̇
 //! ```
 //!
-//! Equations are matched to algebraic unknowns z one after another. Where no augmenting path is
-//! left from an equation, those that the search has met determine more than their unknowns: each
-//! is kept as a constraint and replaced by its derivative, and ż takes the place of each z among
-//! them.
+//! Equations are matched to algebraic unknowns z one after another. If no augmenting path starts at an equation, the
+//! equations that the search has visited overdetermine their unknowns: each is kept as a constraint and replaced by its
+//! derivative, and ż replaces each z among them.
 //!
 //! # Source
 //!
-//! C. C. Pantelides, The consistent initialization of differential-algebraic systems, SIAM J. Sci.
-//! Stat. Comput. 9 (1988) 213–231, algorithm 4.1; here with the derivatives that equations give
-//! directly (`linear_derivatives`) substituted.
+//! C. C. Pantelides, The consistent initialization of differential-algebraic systems, SIAM J. Sci. Stat. Comput. 9
+//! (1988) 213–231, algorithm 4.1; here, derivatives that equations give directly (`linear_derivatives`) are
+//! substituted.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,23 +26,22 @@ use crate::dae::transfer::Equation;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::{Input, Interpolation};
 
-/// No equation of mechanics or of control needs to be differentiated more often.
+/// Mechanical and control systems need no more differentiations.
 const MOST_DERIVATIVES: u32 = 8;
 
-/// A system of index 1, its states not chosen yet.
+/// A system of index 1 whose states are not chosen yet.
 #[derive(Debug, Default)]
 pub(super) struct Reduced {
     /// Derivatives of all unknowns that have one.
     pub(super) rates: BTreeMap<u32, Rate>,
-    /// Those of them whose derivative only a differentiated equation needs.
+    /// Those whose derivative only a differentiated equation needs.
     pub(super) following: BTreeSet<u32>,
-    /// Unknowns without a derivative, and as many equations that determine them.
+    /// Unknowns without a derivative; as many equations determine them.
     pub(super) unknowns: Vec<u32>,
     pub(super) algebraic: Vec<Residual>,
-    /// Declared inputs that equations were differentiated through, each with one of these.
+    /// Declared inputs through which equations were differentiated, each with one of these equations.
     pub(super) differentiated: BTreeMap<usize, usize>,
-    /// Equations between the unknowns with a derivative, those that follow from one another
-    /// ascending.
+    /// Equations between the unknowns with a derivative; each derived constraint follows its origin.
     pub(super) constraints: Vec<Residual>,
 }
 
@@ -56,13 +54,13 @@ pub(super) enum Obstacle {
     Slope(usize),
     /// It reads a function that jumps.
     Jump(&'static str),
-    /// It reads an unknown late, whose derivative may jump.
+    /// It reads a delayed unknown, whose derivative may jump.
     Late,
     /// It reads an element of an array.
     Element,
     /// It reads an unknown of another part.
     Foreign(u32),
-    /// Its derivatives never have an unknown that it could determine.
+    /// None of its derivatives contains an unknown that it could determine.
     NoUnknown,
 }
 
@@ -71,21 +69,21 @@ pub(super) enum Obstacle {
 pub(super) struct Refusal {
     pub(super) equation: usize,
     pub(super) obstacle: Obstacle,
-    /// Unknowns that would be determined by it.
+    /// Unknowns that it would have to determine.
     pub(super) wanting: Vec<u32>,
-    /// Elements of arrays in what would be differentiated.
+    /// Elements of arrays that would have to be differentiated.
     pub(super) elements: Vec<u32>,
 }
 
-/// Which inputs have a slope.
+/// Slopes of inputs.
 pub(super) struct Slopes<'a> {
     pub(super) inputs: &'a [Input],
-    /// The declared input behind each delayed one.
+    /// The declared input of each delayed one.
     pub(super) delayed: Vec<usize>,
 }
 
 impl Slopes<'_> {
-    /// The declared input behind one that equations read.
+    /// The declared input of an input that equations read.
     fn declared(&self, i: u32) -> usize {
         let i = i as usize;
         i.checked_sub(self.inputs.len()).map_or(i, |position| self.delayed[position])
@@ -139,7 +137,7 @@ struct Reduction<'a> {
     reduced: Reduced,
 }
 
-/// What a failed search has visited.
+/// Rows and unknowns visited by a failed search.
 struct Visited {
     rows: Vec<usize>,
     unknowns: Vec<u32>,
@@ -167,7 +165,7 @@ impl Reduction<'_> {
         unknowns
     }
 
-    /// Matches a row by a shortest augmenting path, or tells what the search has met.
+    /// Matches a row by a shortest augmenting path, or returns the visited rows and unknowns.
     fn augment(&mut self, row: usize) -> Result<(), Visited> {
         let holder: BTreeMap<u32, usize> = self
             .of_row
@@ -176,7 +174,7 @@ impl Reduction<'_> {
             .filter_map(|(row, unknown)| unknown.map(|unknown| (unknown, row)))
             .collect();
         let mut rows = vec![row];
-        // The row from which each unknown was met.
+        // The row from which each unknown was reached.
         let mut from: BTreeMap<u32, usize> = BTreeMap::new();
         let mut next = 0;
         while let Some(&at) = rows.get(next) {
@@ -210,7 +208,7 @@ impl Reduction<'_> {
         }
     }
 
-    /// Replaces the equations that a search has met by their derivatives.
+    /// Replaces the visited equations by their derivatives.
     fn differentiate(&mut self, row: usize, met: Visited) -> Result<(), Refusal> {
         let origin = self.reduced.algebraic[row];
         for &unknown in &met.unknowns {
@@ -240,7 +238,7 @@ impl Reduction<'_> {
         Ok(())
     }
 
-    /// The refusal of an equation, with the unknowns that have none yet.
+    /// The refusal of an equation, with the unknowns that lack one.
     fn refusal(&self, equation: usize, obstacle: Obstacle, rest: ExprId) -> Refusal {
         let taken = |i: &u32| self.of_row.contains(&Some(*i));
         let wanting = self.columns.iter().copied().filter(|i| !taken(i)).collect();
@@ -251,7 +249,7 @@ impl Reduction<'_> {
         Refusal { equation, obstacle, wanting, elements: elements.collect() }
     }
 
-    /// D e.
+    /// The total time derivative D e.
     fn along_time(&mut self, e: ExprId, equation: usize) -> Result<ExprId, Obstacle> {
         let moving = self.moving_inputs(e)?;
         for i in &moving {
@@ -271,7 +269,7 @@ impl Reduction<'_> {
                 None => slope,
                 Some(unknown) if unknown < n => {
                     let unknown = u32::try_from(unknown).unwrap_or(u32::MAX);
-                    // The search has met every unknown of the part.
+                    // The search has visited every unknown of the part.
                     let rate = self.reduced.rates.get(&unknown);
                     let rate = rate.ok_or(Obstacle::Foreign(unknown))?;
                     self.graph.multiply(slope, rate.value)
@@ -287,7 +285,7 @@ impl Reduction<'_> {
         Ok(sum)
     }
 
-    /// The inputs in an expression, where it has a derivative along time.
+    /// The inputs in an expression, if it is differentiable along time.
     fn moving_inputs(&self, e: ExprId) -> Result<Vec<u32>, Obstacle> {
         let mut inputs = Vec::new();
         for (_, node) in self.graph.listed([e]) {
@@ -320,7 +318,7 @@ impl Reduction<'_> {
                 Node::Curve(curve, x) if curve.get().smooth < 1 && !is_constant(self.graph, x) => {
                     return Err(Obstacle::Jump("table"));
                 }
-                // A count of what time passes: conditions on time compare their numbers.
+                // A count of ticks: conditions on time compare their numbers.
                 node if !matches!(node, Node::Compare(..)) && reads_count(self.graph, node) => {
                     return Err(Obstacle::Jump("floor"));
                 }

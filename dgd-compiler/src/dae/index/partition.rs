@@ -1,9 +1,9 @@
-//! Parts of a model whose modes do not meet: each has combinations of its own.
+//! Parts of a model with independent modes: each has combinations of its own.
 //!
-//! A state whose derivative one equation gives, in every mode, is known to the others: it joins nothing.
-//! What else an equation holds belongs together. Where the index of a part has to be reduced, it joins the
-//! parts that it needs derivatives from; and where impulses of its unknowns reach states of other parts,
-//! these, as jumps depend on both.
+//! A state whose derivative is given by one equation, in every mode, joins nothing: it counts as known. All other
+//! unknowns of an equation belong together. If the index of a part has to be reduced, it joins the parts that it needs
+//! derivatives from; and if impulses of its unknowns reach states of other parts, it joins these because jumps depend
+//! on both.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,14 +11,14 @@ use crate::dae::transfer::{Equation, Transferred};
 use crate::expr::Graph;
 use crate::model::Model;
 
-/// Equations and unknowns that are counted, reduced and matched by themselves.
+/// Equations and unknowns that are counted, reduced and matched separately.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Part {
     /// Positions of the equations, of all modes.
     pub(super) equations: BTreeSet<usize>,
     /// Declared unknowns.
     pub(super) unknowns: BTreeSet<u32>,
-    /// Automata whose modes hold some of the equations.
+    /// Automata whose modes contain some of the equations.
     pub(super) automata: BTreeSet<usize>,
 }
 
@@ -29,27 +29,27 @@ pub(super) struct Partition {
 }
 
 impl Partition {
-    /// All in one part.
+    /// All equations in one part.
     pub(super) fn whole(model: &Model, equations: BTreeSet<usize>) -> Self {
         let unknowns = 0..u32::try_from(model.unknowns.len()).unwrap_or(u32::MAX);
         let automata = (0..model.automata.len()).collect();
         Partition { parts: vec![Part { equations, unknowns: unknowns.collect(), automata }] }
     }
 
-    /// The smallest parts, of these equations.
+    /// The smallest parts of these equations.
     pub(super) fn finest(
         model: &Model,
         graph: &Graph,
         transferred: &Transferred<'_>,
         of: &BTreeSet<usize>,
     ) -> Self {
-        let all = &transferred.equations;
+        let all_equations = &transferred.equations;
         let automaton_of = automata_of(transferred);
-        let known = known_states(model, all, of, &automaton_of);
+        let known = known_states(model, all_equations, of, &automaton_of);
         let n = model.unknowns.len();
-        let mut sets = Sets::new(n + all.len());
+        let mut sets = Sets::new(n + all_equations.len());
         for &e in of {
-            let gives = match all[e].derivatives[..] {
+            let gives = match all_equations[e].derivatives[..] {
                 [x] if known.contains(&x) => Some(x),
                 _ => None,
             };
@@ -57,21 +57,21 @@ impl Partition {
                 sets.join(x as usize, n + e);
                 continue;
             }
-            let read = all[e].unknowns(graph, all[e].rest).into_iter();
-            let read = read.chain(all[e].derivatives.iter().copied());
+            let read = all_equations[e].unknowns(graph, all_equations[e].rest).into_iter();
+            let read = read.chain(all_equations[e].derivatives.iter().copied());
             for i in read.filter(|i| !known.contains(i)) {
                 sets.join(i as usize, n + e);
             }
         }
         let mut parts: BTreeMap<usize, Part> = BTreeMap::new();
         for i in 0..n {
-            let own = parts.entry(sets.root(i)).or_default();
-            own.unknowns.insert(u32::try_from(i).unwrap_or(u32::MAX));
+            let part = parts.entry(sets.root(i)).or_default();
+            part.unknowns.insert(u32::try_from(i).unwrap_or(u32::MAX));
         }
         for &e in of {
-            let own = parts.entry(sets.root(n + e)).or_default();
-            own.equations.insert(e);
-            own.automata.extend(automaton_of.get(&e));
+            let part = parts.entry(sets.root(n + e)).or_default();
+            part.equations.insert(e);
+            part.automata.extend(automaton_of.get(&e));
         }
         Partition { parts: parts.into_values().collect() }
     }
@@ -94,10 +94,10 @@ impl Partition {
         }
         let mut joined: BTreeMap<usize, Part> = BTreeMap::new();
         for (position, part) in std::mem::take(&mut self.parts).into_iter().enumerate() {
-            let own = joined.entry(sets.root(position)).or_default();
-            own.equations.extend(part.equations);
-            own.unknowns.extend(part.unknowns);
-            own.automata.extend(part.automata);
+            let target = joined.entry(sets.root(position)).or_default();
+            target.equations.extend(part.equations);
+            target.unknowns.extend(part.unknowns);
+            target.automata.extend(part.automata);
         }
         self.parts = joined.into_values().collect();
     }
@@ -105,16 +105,16 @@ impl Partition {
 
 /// The automaton of each equation of a mode.
 fn automata_of(transferred: &Transferred<'_>) -> BTreeMap<usize, usize> {
-    let mut of = BTreeMap::new();
+    let mut automaton_of = BTreeMap::new();
     for (automaton, modes) in transferred.of_modes.iter().enumerate() {
         for e in modes.iter().flat_map(|(begin, end)| *begin..*end) {
-            of.insert(e, automaton);
+            automaton_of.insert(e, automaton);
         }
     }
-    of
+    automaton_of
 }
 
-/// States whose derivative stands alone in one equation, in every mode.
+/// States whose derivative occurs in one equation only, in every mode.
 fn known_states(
     model: &Model,
     all: &[Equation<'_>],
@@ -136,7 +136,7 @@ fn known_states(
                 [None] => own.len() == 1,
                 [Some(k)] => {
                     let modes = &model.automata[k].modes;
-                    // One in each mode: their equations follow each other.
+                    // One in each mode; their equations are consecutive.
                     own.len() == modes.len() && modes_of(model, all, own, k).len() == modes.len()
                 }
                 _ => false,
@@ -145,7 +145,7 @@ fn known_states(
     givers.into_iter().filter(|(_, own)| is_known(own)).map(|(x, _)| x).collect()
 }
 
-/// The modes of an automaton that hold these equations.
+/// The modes of an automaton that contain these equations.
 fn modes_of(model: &Model, all: &[Equation<'_>], own: &[usize], k: usize) -> BTreeSet<usize> {
     let spans: BTreeMap<_, usize> = model.automata[k]
         .modes
@@ -174,7 +174,7 @@ impl Sets {
         i
     }
 
-    /// Joins two sets; the smaller root stays, so that the order of what is written decides.
+    /// Joins two sets; the smaller root stays, so the result follows the order of the file.
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.above[a.max(b)] = a.min(b);

@@ -69,7 +69,7 @@ pub(super) fn refuse(
         .error(places.fold(diagnostic, |diagnostic, (span, text)| diagnostic.label(span, text)))
 }
 
-/// Reports constraints that no choice of states fulfils.
+/// Reports constraints that no choice of states satisfies.
 pub(super) fn no_choice<'a>(
     equations: &[Equation<'_>],
     constraints: impl Iterator<Item = &'a Residual>,
@@ -91,8 +91,8 @@ pub(super) fn no_choice<'a>(
     diagnostics.error(more_places(diagnostic, spans, "this one too"))
 }
 
-/// Reports bounds of unknowns that constraints between states determine: at a bound such an unknown
-/// would leave its row, and with it the constraint or what follows from it.
+/// Reports bounds of unknowns that are determined by constraints between states: at a bound such an unknown would leave
+/// its row, and with it the constraint and its consequences.
 pub(super) fn verify_bounds(
     model: &Model,
     graph: &Graph,

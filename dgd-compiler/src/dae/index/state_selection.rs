@@ -1,8 +1,8 @@
-//! Which unknowns are states, where that must change along a solution: automata that choose them.
+//! Automata that choose the states where the choice must change along a solution.
 //!
-//! A block of constraints with several choices becomes an automaton with a mode for each. A mode is
-//! left for another when the other's pivot is the better one by a factor, so that near equality
-//! the choice does not alternate. The solution is not affected by such a change.
+//! A block of constraints with several choices becomes an automaton with a mode for each. It changes to another mode
+//! when the other's pivot is larger by a factor, so that near equality the choice does not alternate. Changing does not
+//! affect the solution.
 
 use super::Systems;
 use super::dummy_derivatives::Block;
@@ -14,10 +14,10 @@ use crate::dae::{Automaton, AutomatonKind, Transition, Trigger};
 use crate::expr::{ExprId, Graph};
 use crate::model::{Crossing, Model};
 
-/// By this factor another pivot must be the larger one.
+/// Factor by which another pivot must be larger.
 const BETTER: f64 = 2.0;
 
-/// The choices that have to be made, over all combinations of modes.
+/// The necessary choices, over all combinations of modes.
 #[derive(Debug, Default)]
 pub(in crate::dae) struct Selections {
     /// For each automaton, the dummies of each of its modes.
@@ -52,7 +52,7 @@ impl Selections {
         self.dummies.iter().map(Vec::len)
     }
 
-    /// The automaton that chooses for a block of a combination; nothing where there is one choice.
+    /// The automaton that chooses for a block of a combination; `None` if there is only one choice.
     pub(super) fn automaton_of(&self, combination: usize, block: usize) -> Option<usize> {
         self.of_blocks[combination][block]
     }
@@ -68,12 +68,12 @@ impl Selections {
         let Systems { parts, explicit: systems, variables, typical, .. } = systems;
         (0..self.dummies.len())
             .map(|k| {
-                let all = self.pivots(k, systems);
-                // All its blocks are of one part.
-                let first = all.iter().position(Option::is_some).unwrap_or(0);
+                let pivots_by_system = self.pivots(k, systems);
+                // All its blocks belong to one part.
+                let first = pivots_by_system.iter().position(Option::is_some).unwrap_or(0);
                 let after = parts.partition_point(|(_, begin)| *begin <= first);
                 let (combinations, begin) = &parts[after - 1];
-                let pivots = &all[*begin..begin + combinations.len()];
+                let pivots = &pivots_by_system[*begin..begin + combinations.len()];
                 let start = combinations.position(&Combinations::start_modes(model));
                 let size = |pivot: ExprId| graph.evaluate(pivot, &|s| typical.value(s)).abs();
                 let at_start = pivots[start].as_ref().map_or(0, |pivots| first_mode(pivots, &size));
@@ -110,24 +110,26 @@ impl Selections {
 
     /// A block that the automaton chooses for.
     fn block<'a>(&self, k: usize, systems: &'a [Explicit]) -> &'a Block {
-        let all = systems.iter().zip(&self.of_blocks);
-        let mut blocks = all.flat_map(|(system, automata)| system.blocks.iter().zip(automata));
-        let found = blocks.find(|(_, automaton)| **automaton == Some(k));
-        found.unwrap_or_else(|| unreachable!("an automaton is made for a block")).0
+        let systems_with_automata = systems.iter().zip(&self.of_blocks);
+        let mut blocks =
+            systems_with_automata.flat_map(|(system, automata)| system.blocks.iter().zip(automata));
+        let chosen = blocks.find(|(_, automaton)| **automaton == Some(k));
+        chosen.unwrap_or_else(|| unreachable!("an automaton is made for a block")).0
     }
 
-    /// The pivots of an automaton's modes in each combination; nothing where it has no say.
+    /// The pivots of an automaton's modes in each combination; `None` where the automaton has no effect.
     fn pivots(&self, k: usize, systems: &[Explicit]) -> Vec<Option<Vec<ExprId>>> {
-        let all = systems.iter().zip(&self.of_blocks);
-        all.map(|(system, automata)| {
-            let at = automata.iter().position(|automaton| *automaton == Some(k))?;
-            Some(system.blocks[at].choices.iter().map(|choice| choice.pivot).collect())
-        })
-        .collect()
+        let systems_with_automata = systems.iter().zip(&self.of_blocks);
+        systems_with_automata
+            .map(|(system, automata)| {
+                let position = automata.iter().position(|automaton| *automaton == Some(k))?;
+                Some(system.blocks[position].choices.iter().map(|choice| choice.pivot).collect())
+            })
+            .collect()
     }
 }
 
-/// The mode to start in: the first one unless another is better by the factor.
+/// The initial mode: the first unless another is better by the factor.
 fn first_mode(pivots: &[ExprId], size: &dyn Fn(ExprId) -> f64) -> usize {
     let mut mode = 0;
     for (other, pivot) in pivots.iter().enumerate() {
@@ -142,13 +144,13 @@ fn dummies_of(block: &Block) -> Vec<Vec<u32>> {
     block.choices.iter().map(|choice| choice.dummies.clone()).collect()
 }
 
-/// Δ² − 4 Δ₀²; below zero where there is nothing to choose.
+/// Δ² − 4 Δ₀²; negative if there is no choice.
 fn excess(graph: &mut Graph, pivots: Option<[ExprId; 2]>) -> ExprId {
     let Some([own, other]) = pivots else { return graph.constant(-1.0) };
     let (own, other) = (graph.multiply(own, own), graph.multiply(other, other));
     let factor = graph.constant(BETTER * BETTER);
-    let own = graph.multiply(factor, own);
-    graph.subtract(other, own)
+    let scaled = graph.multiply(factor, own);
+    graph.subtract(other, scaled)
 }
 
 /// `states of rod`

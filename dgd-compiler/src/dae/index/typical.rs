@@ -1,9 +1,9 @@
-//! Values of symbols as the model declares them, for choices that have to be made before a run.
+//! Declared values of symbols, for choices that have to be made before a run.
 
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 
-/// Declared values of parameters, and of unknowns at the start.
+/// Declared values of parameters, and initial values of unknowns.
 #[derive(Clone)]
 pub(super) struct Typical {
     parameters: Vec<f64>,
@@ -19,7 +19,7 @@ impl Typical {
         typical
     }
 
-    /// The value at the start; not a number where it is not known beforehand.
+    /// The initial value; NaN if it is unknown beforehand.
     pub(super) fn value(&self, symbol: Symbol) -> f64 {
         let value = match symbol {
             Symbol::Parameter(i) | Symbol::SweptParameter(i, _) => self.parameters.get(i as usize),

@@ -1,4 +1,4 @@
-//! The unknowns of a system: those that the model declares, and those that its form also needs.
+//! The unknowns of a system: those that the model declares, and those that index reduction adds.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::units::Unit;
 /// Names of combinations longer than this are replaced by the equation's.
 const LONGEST_NAME: usize = 40;
 
-/// What an unknown that is not declared stands for.
+/// Meaning of an unknown that is not declared.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Added {
     /// The derivative of an unknown.
@@ -29,7 +29,7 @@ pub(super) struct Addition {
     pub(super) equation: usize,
 }
 
-/// All unknowns; their rows are still open.
+/// All unknowns, without rows yet.
 pub(super) struct Variables {
     pub(super) unknowns: Vec<Unknown>,
     declared: usize,
@@ -72,12 +72,12 @@ impl Variables {
         self.unknowns.len()
     }
 
-    /// What an unknown stands for; nothing where the model declares it.
+    /// The meaning of an added unknown; `None` for a declared one.
     pub(super) fn addition(&self, variable: u32) -> Option<&Addition> {
         (variable as usize).checked_sub(self.declared).map(|position| &self.additions[position])
     }
 
-    /// Whether an unknown is one of a part.
+    /// Whether an unknown belongs to a part.
     pub(super) fn is_of(&self, variable: u32, part: &Part) -> bool {
         match self.addition(variable) {
             Some(addition) => part.equations.contains(&addition.equation),
@@ -116,8 +116,8 @@ impl Variables {
         self.add(what, unknown, equation)
     }
 
-    /// The unknown Σ c x; it starts as the start values of the x say. `label` is the equation that
-    /// determines its derivative.
+    /// The unknown Σ c x; its initial value follows from those of the x. `label` is the equation that determines its
+    /// derivative.
     pub(super) fn combination(
         &mut self,
         terms: Vec<(u32, ExprId)>,
@@ -159,7 +159,7 @@ impl Variables {
 
     fn add(&mut self, what: Added, mut unknown: Unknown, equation: usize) -> u32 {
         while self.unknowns.iter().any(|other| other.name == unknown.name) {
-            // Other modes combine other unknowns in this equation.
+            // In other modes this equation combines other unknowns.
             unknown.name.push_str(" again");
         }
         let id = u32::try_from(self.unknowns.len()).unwrap_or(u32::MAX);

@@ -1,4 +1,4 @@
-//! Checks that there are as many equations as unknowns, and that each equation determines something.
+//! Checks that there are as many equations as unknowns, and that each equation determines an unknown.
 
 use super::dulmage_mendelsohn::{Part, overdetermined, underdetermined};
 use super::{Matching, maximum_matching};
@@ -8,7 +8,7 @@ use crate::expr::Graph;
 use crate::model::Model;
 use crate::source::Span;
 
-/// Checks that the equations that hold can be matched to the unknowns one to one.
+/// Checks that the active equations can be matched to the unknowns one to one.
 pub(in crate::dae) fn verify_counts(
     model: &Model,
     graph: &Graph,
@@ -22,8 +22,8 @@ pub(in crate::dae) fn verify_counts(
         .iter()
         .map(|equation| {
             let read = equation.unknowns(graph, equation.rest).into_iter();
-            let all = read.chain(equation.derivatives.iter().copied());
-            let mut unknowns: Vec<usize> = all.map(|i| i as usize).collect();
+            let occurring = read.chain(equation.derivatives.iter().copied());
+            let mut unknowns: Vec<usize> = occurring.map(|i| i as usize).collect();
             unknowns.sort_unstable();
             unknowns.dedup();
             unknowns
@@ -123,7 +123,7 @@ impl Mismatch<'_> {
         more_places(diagnostic, others, "nor this")
     }
 
-    /// Which equations have too few unknowns between them, where these are more than the free ones.
+    /// The equations with too few unknowns between them, if these are more than the unmatched ones.
     fn too_much(&self) -> String {
         let Part { rows, columns } = overdetermined(self.incidence, &self.matching);
         if columns.is_empty() {
@@ -133,7 +133,7 @@ impl Mismatch<'_> {
         format!("{} {verb} only {} to determine; ", self.labels(&rows), self.names(&columns))
     }
 
-    /// Which unknowns have too few equations between them.
+    /// The unknowns with too few equations between them.
     fn too_little(&self) -> String {
         let Part { rows, columns } = underdetermined(self.incidence, &self.matching);
         if rows.is_empty() {
@@ -151,7 +151,7 @@ impl Mismatch<'_> {
     }
 }
 
-/// At most this many places and names are shown of a long list.
+/// At most this many items of a long list are shown.
 const MOST_SHOWN: usize = 5;
 
 pub(in crate::dae) fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {

@@ -1,9 +1,8 @@
-//! Which equations say too much, and which unknowns are left open: the over- and underdetermined
-//! parts of an incidence.
+//! The over- and underdetermined parts of an incidence.
 //!
-//! A. L. Dulmage and N. S. Mendelsohn, Coverings of bipartite graphs, Canad. J. Math. 10 (1958)
-//! 517–534: what alternating paths reach from the rows, and from the columns, that a maximum
-//! matching leaves over. The parts do not depend on which maximum matching that is.
+//! A. L. Dulmage and N. S. Mendelsohn, Coverings of bipartite graphs, Canad. J. Math. 10 (1958) 517–534: the rows and
+//! columns reachable by alternating paths from rows, or from columns, that a maximum matching leaves free. The parts do
+//! not depend on the choice of the maximum matching.
 
 use super::Matching;
 
@@ -34,31 +33,31 @@ pub(super) fn underdetermined(incidence: &[Vec<usize>], matching: &Matching) -> 
     Part { rows, columns }
 }
 
-/// What alternating paths reach from `starts`: by any edge to the other side, and back by the
+/// Rows and columns reachable by alternating paths from `starts`: by any edge to the other side, and back by the
 /// matching, `partner`.
 fn reached<I: Iterator<Item = usize>>(
     starts: Vec<usize>,
     edges: impl Fn(usize) -> I,
     partner: &[Option<usize>],
 ) -> (Vec<usize>, Vec<usize>) {
-    let mut own = starts;
+    let mut nodes = starts;
     let mut others = Vec::new();
     let mut is_met = vec![false; partner.len()];
     let mut next = 0;
-    while let Some(&at) = own.get(next) {
+    while let Some(&at) = nodes.get(next) {
         next += 1;
         for other in edges(at) {
             if !is_met[other] {
                 is_met[other] = true;
                 others.push(other);
                 // Without a partner the matching would not be maximum.
-                own.extend(partner[other]);
+                nodes.extend(partner[other]);
             }
         }
     }
-    own.sort_unstable();
+    nodes.sort_unstable();
     others.sort_unstable();
-    (own, others)
+    (nodes, others)
 }
 
 #[cfg(test)]
@@ -68,7 +67,7 @@ mod tests {
 
     #[test]
     fn the_parts_are_those_of_a_small_example() {
-        // Rows 0 and 1 share column 0, row 2 and column 1 are alone, row 3 has columns 2 and 3.
+        // Rows 0 and 1 share column 0, row 2 and column 1 match each other, row 3 has columns 2 and 3.
         let incidence = [vec![0], vec![0], vec![0, 1], vec![1, 2, 3]];
         let matching = maximum_matching(&incidence, 4);
         let over = overdetermined(&incidence, &matching);

@@ -1,7 +1,7 @@
 //! Maximum matching of equations to unknowns.
 //!
-//! Hopcroft and Karp, SIAM J. Comput. 2 (1973) 225–231: phases of shortest augmenting paths, all
-//! of one length at a time, so that no model takes more than O(E √V).
+//! Hopcroft and Karp, SIAM J. Comput. 2 (1973) 225–231: phases of shortest augmenting paths, all of one length at a
+//! time, so the time is O(E √V).
 
 mod counts;
 mod dulmage_mendelsohn;
@@ -18,12 +18,12 @@ pub(super) struct Matching {
 }
 
 impl Matching {
-    /// Rows left over.
+    /// Unmatched rows.
     pub(super) fn free_rows(&self) -> impl Iterator<Item = usize> + '_ {
         free(&self.of_row)
     }
 
-    /// Columns left over.
+    /// Unmatched columns.
     pub(super) fn free_columns(&self) -> impl Iterator<Item = usize> + '_ {
         free(&self.of_column)
     }
@@ -38,7 +38,7 @@ pub(super) fn maximum_matching(incidence: &[Vec<usize>], n_columns: usize) -> Ma
     let mut of_row = vec![None; incidence.len()];
     let mut of_column: Vec<Option<usize>> = vec![None; n_columns];
     loop {
-        // Breadth first from the free rows: how many columns away each row is.
+        // Breadth first from the free rows: distance of each row in columns.
         let mut level = vec![usize::MAX; incidence.len()];
         let mut queue: Vec<usize> = free(&of_row).collect();
         for row in &queue {

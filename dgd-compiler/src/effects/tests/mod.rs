@@ -1,4 +1,4 @@
-//! Effects on one model, and the text of what they change.
+//! Effects on one model, and the text of the changed model.
 
 mod parts;
 
@@ -86,7 +86,7 @@ impl Run {
     }
 }
 
-/// Lines of a model that an effect adds or changes, once the model is sound and its text is canonical.
+/// Lines of a model that an effect adds or changes; checks that the model is valid and its text canonical.
 fn changed_lines(effects: &[(&str, &[&str])], blending: Blending) -> Vec<String> {
     let mut run = Run::new(TANK);
     let applied = run.apply(effects, blending).unwrap_or_else(|| panic!("{}", run.shown()));
@@ -98,7 +98,7 @@ fn changed_lines(effects: &[(&str, &[&str])], blending: Blending) -> Vec<String>
     let again = parse(id, &sources, &mut Diagnostics::default()).expect("what is written is sound");
     assert_eq!(without_places(&again), without_places(&applied.asts[0]));
     assert_eq!(layout::format(id, &sources, &mut Diagnostics::default()).as_ref(), Ok(&text));
-    // The model's own remarks are still there, once.
+    // The model's own remarks are still there, once each.
     for remark in ["# weighed", "# what stays"] {
         assert_eq!(text.matches(remark).count(), 1, "{text}");
     }
@@ -112,7 +112,7 @@ fn effect(kind: &str, rest: &str) -> String {
     format!("effect e on tank\nkind {kind}\n{rest}\n")
 }
 
-/// Changed lines of one effect that is applied, without blanks in a row.
+/// Changed lines of one applied effect, with runs of blanks removed.
 fn applied(kind: &str, rest: &str) -> Vec<String> {
     let text = effect(kind, rest);
     let lines = changed_lines(&[(&text, &[])], Blending::Applied);
@@ -149,7 +149,7 @@ fn a_name_is_replaced_wherever_the_model_uses_it() {
         applied("plant", "replace q_in by 0.9*q_in"),
         ["let net = 0.9*q_in - out # what stays", "equation total: der(v) = 0.9*q_in"]
     );
-    // An unknown is read by the output of its name; its derivative stays.
+    // The output of its name reads an unknown; its derivative stays.
     assert_eq!(
         applied("plant", "replace h by h + 1 [m]"),
         ["let out = k*root(h + 1 [m])", "output h [cm] = h + 1 [m]"]
@@ -204,7 +204,7 @@ fn no_plus_stands_before_a_minus_that_an_effect_brings() {
         applied("plant", "replace out by -out"),
         ["let net = q_in + out # what stays", "output loss [m^3/s] = -out"]
     );
-    // A product that is taken off twice.
+    // A product that is subtracted twice.
     assert_eq!(
         applied("plant", "replace out by -2*out\nadd -(-c) to level"),
         [
@@ -231,7 +231,7 @@ modes bank {
 output h [m]
 ";
 
-/// Lines of the pond that an effect changes, once it is sound and can be read again.
+/// Lines of the pond that an effect changes; checks that the text is valid and can be read again.
 fn changed_pond(text: &str, arguments: &[&str]) -> Vec<String> {
     let mut run = Run::new(POND);
     let applied = run
@@ -477,7 +477,7 @@ fn templates_leave_exact_equations_alone() {
     assert_eq!(lists, ["x,force", "v,force"]);
 }
 
-/// Values of the right-hand sides' graphs at some point, all parameters as declared.
+/// Values of the right-hand sides' graphs at some point, with all parameters as declared.
 fn values(model: &Model) -> Vec<f64> {
     let at = |id: ExprId| {
         model.graph.evaluate(id, &|symbol| match symbol {
@@ -547,7 +547,7 @@ fn what_does_not_fit_is_refused() {
         (plant("parameter k [1] = 1\nadd c to level"), &[], "E202"),
         (plant("replace root by 2"), &[], "E204"),
         (plant("import \"a.dgd\"\nadd c to level"), &[], "E208"),
-        // Mistakes of units are found in the effect.
+        // Unit errors are found in the effect.
         (plant("add k to level"), &[], "E301"),
         (plant("replace output h by 2*h^2"), &[], "E302"),
     ] {
@@ -566,7 +566,7 @@ fn an_effect_can_bring_outputs_and_change_nothing_else() {
             ["# e", "output twice [m] = 2*h  noise 1 [cm]", "parameter unused [1] = 1"]
         );
     }
-    // Of another unknown, and what acts by itself.
+    // Of another unknown, and an independent one.
     assert_eq!(codes(&[(&effect("plant", "state x = 1\nequation e: der(x) = -x/1 [s]"), &[])]), "");
     assert_eq!(codes(&[(&effect("plant", "saturate h >= 0"), &[])]), "");
     assert_eq!(codes(&[(&effect("plant", "let twice = 2*h"), &[])]), "E213");
@@ -593,7 +593,7 @@ fn what_one_plant_effect_brings_another_can_replace_in_either_order() {
         [[(&lag, &[]), (&loss, &[])], [(&loss, &[]), (&lag, &[])]];
     for order in given {
         let lines = changed_lines(&order, Blending::Applied);
-        // The loss sees the late flow, the lag itself the flow that is there.
+        // The loss reads the delayed flow, the lag itself the actual flow.
         assert!(lines.iter().any(|line| line.contains("0.1*q_late")), "{lines:#?}");
         assert!(lines.iter().any(|line| line.contains("= q_in - q_late")), "{lines:#?}");
     }

@@ -1,4 +1,4 @@
-//! What becomes of a model's parts when an effect changes the model.
+//! Parts of a model that an effect changes.
 
 use crate::effects::{Application, Applied, Blending, Effect, apply, write};
 use crate::model::{ModelOptions, resolve, text as model_text};
@@ -6,7 +6,7 @@ use crate::source::Source;
 use crate::syntax::parse;
 use crate::tank::{Run, TANK};
 
-/// The text of a model to which an effect was applied, which says what the changed trees do.
+/// The text of a model after applying an effect; checks that it agrees with the changed trees.
 fn written(files: &[(&str, &str)], effect: &str) -> String {
     let mut run = Run::new(files);
     let id = run.sources.add(Source { name: "effect.dgd".into(), text: effect.into() });

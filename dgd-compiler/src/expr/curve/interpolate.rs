@@ -1,13 +1,14 @@
-//! Points to piecewise polynomials.
+//! Interpolates points by piecewise polynomials.
 
 use super::Curve;
 use crate::syntax::ast::{Beyond, Shape};
 
-/// The curve through points whose abscissae ascend, at two at least. Of two points at one abscissa the first ends the
-/// piece before the step, and from there on the second holds.
+/// The curve through at least two points with ascending abscissae. Of two points at one abscissa the first ends the
+/// piece before the step, and the second begins the next.
 ///
-/// Between points it has its shape, on each side of a step by itself. Beyond its ends it holds their values, or it goes on
-/// with their slopes: what is refused there goes on, too, for the steps that are tried.
+/// Between points the curve has its shape, separately on each side of a step. Beyond its ends it holds their values or
+/// continues with their slopes. It also continues where its table refuses extrapolation, because steps evaluate it
+/// there before they are cut.
 pub fn through(shape: Shape, beyond: Beyond, x: &[f64], y: &[f64]) -> Curve {
     let (mut knots, mut pieces) = (Vec::with_capacity(x.len()), Vec::with_capacity(x.len() + 1));
     let (mut begin, mut last) = (0, [0.0; 2]);
@@ -18,7 +19,7 @@ pub fn through(shape: Shape, beyond: Beyond, x: &[f64], y: &[f64]) -> Curve {
             pieces.push([y[begin], slopes[0], 0.0, 0.0]);
         }
         pieces.extend(inner);
-        // The knot of a step is there already.
+        // The knot of a step is already there.
         knots.extend(&section[usize::from(begin > 0)..]);
         (begin, last) = (end, [y[end - 1], slopes[1]]);
     }
@@ -54,8 +55,8 @@ fn between(shape: Shape, x: &[f64], y: &[f64]) -> (Vec<[f64; 4]>, [f64; 2]) {
     (pieces.collect(), [slope(0, 0), slope(n - 1, n - 2)])
 }
 
-/// The broken line that is k at the k-th of these abscissae, and goes on so beyond them that it is whole again as far
-/// away as `width`.
+/// The broken line that is k at the k-th of these abscissae, and continues beyond them so that it reaches the next
+/// whole number at a distance of `width`.
 pub fn position(at: &[f64], width: f64) -> Curve {
     let slope = 1.0 / width;
     let mut pieces = vec![[0.0, slope, 0.0, 0.0]];
@@ -77,7 +78,7 @@ fn hermite(y: f64, h: f64, delta: f64, left: f64, right: f64) -> [f64; 4] {
     [y, left, c2, c3]
 }
 
-/// Slopes that make no turn between points.
+/// Slopes that preserve monotonicity between points.
 ///
 /// # Source
 ///
@@ -104,7 +105,7 @@ fn monotone_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     slopes
 }
 
-/// The slope at an end, of the parabola through three points, as far as it makes no turn.
+/// The slope at an end of the parabola through three points, limited to preserve monotonicity.
 fn end_slope(h: f64, next: f64, delta: f64, behind: f64) -> f64 {
     let slope = ((2.0 * h + next) * delta - h * behind) / (h + next);
     if slope * delta <= 0.0 {
@@ -129,7 +130,7 @@ fn natural_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let n = x.len();
     let delta: Vec<f64> = (0..n - 1).map(|k| secant(x, y, k)).collect();
     let inverse: Vec<f64> = x.windows(2).map(|pair| 1.0 / (pair[1] - pair[0])).collect();
-    // The tridiagonal system, eliminated on the way: the diagonal is the larger part of each row.
+    // The tridiagonal system, eliminated on the fly: it is diagonally dominant.
     let (mut diagonal, mut right) = (vec![0.0; n], vec![0.0; n]);
     for k in 0..n {
         let before = k.checked_sub(1).map(|k| (inverse[k], delta[k]));

@@ -1,8 +1,8 @@
 //! Curves of tables in the graph.
 //!
-//! A node is a few numbers that can be copied and compared, and a curve has many. So each curve is kept once for as
-//! long as the process lives, and a node has its number. Two compilations of one table share it; what an editor's
-//! session leaves behind is one copy of each state of a table that was compiled.
+//! Nodes are a few numbers that are copied and compared, but a curve has many. So each curve is stored once for the
+//! life of the process, and a node refers to it by number. Compilations of the same table share it; an editor's session
+//! leaves one copy of each compiled version of a table.
 
 pub mod interpolate;
 
@@ -13,38 +13,38 @@ use std::sync::{Mutex, PoisonError};
 
 pub use dgd_signature::Curve;
 
-/// A curve, and what the compiler knows of it.
+/// A curve and its properties.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableCurve {
-    /// What listings call it.
+    /// Its name in listings.
     pub name: String,
     /// Its polynomials.
     pub curve: Curve,
-    /// How many of its derivatives are continuous; −1 where it jumps itself.
+    /// Number of its continuous derivatives; −1 if it jumps.
     pub smooth: i8,
     /// Knots at which the slope of its table jumps, ascending.
     pub kinks: Vec<f64>,
     /// The first and the last point of its table.
     pub ends: [f64; 2],
-    /// What is said where its argument leaves its table, if a run ends there.
+    /// The message when its argument leaves its table, if a run ends there.
     pub limit: Option<String>,
 }
 
-/// A curve that is kept.
+/// A stored curve.
 #[derive(Clone, Copy)]
 pub struct CurveId {
     number: u32,
     curve: &'static TableCurve,
 }
 
-/// Kept curves, by their bits.
+/// Stored curves, by their bits.
 static KEPT: Mutex<BTreeMap<Key, CurveId>> = Mutex::new(BTreeMap::new());
 
 /// Texts, and numbers by their bits.
 type Key = (String, Option<String>, Vec<u64>);
 
 impl TableCurve {
-    /// Whether it goes through points, rather than looking numbers up.
+    /// Whether it interpolates points, rather than looking numbers up.
     pub fn is_table(&self) -> bool {
         self.smooth != i8::MAX
     }
@@ -56,7 +56,7 @@ impl TableCurve {
 }
 
 impl CurveId {
-    /// Keeps a curve.
+    /// Stores a curve.
     pub fn of(curve: TableCurve) -> Self {
         let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
         let number = u32::try_from(kept.len()).unwrap_or(u32::MAX);
@@ -66,8 +66,8 @@ impl CurveId {
         })
     }
 
-    /// Numbers by their positions, the first at 0: a step for each. No event is at a step, as nothing but what counts
-    /// moves along them. What a limit says is said at the first and the last of them.
+    /// Numbers by position, the first at 0: a step for each. Steps have no events because only counts vary along them.
+    /// The message `limit` applies below the first and above the last.
     pub fn of_numbers(name: &str, numbers: &[f64], limit: Option<String>) -> Self {
         let last = numbers.len().saturating_sub(1);
         let knots: Vec<f64> = (0..last).map(|k| k as f64 + 0.5).collect();
@@ -92,7 +92,7 @@ impl CurveId {
         self.curve.curve.value(x)
     }
 
-    /// Its derivative; none where that is zero everywhere.
+    /// Its derivative; `None` if that is zero everywhere.
     pub fn derivative(self) -> Option<Self> {
         let TableCurve { name, curve, smooth, ends, .. } = self.curve;
         let curve = curve.derivative();
@@ -103,7 +103,7 @@ impl CurveId {
         })
     }
 
-    /// A number that only depends on what the curve is.
+    /// A number that depends only on the curve's content.
     pub fn digest(self) -> u64 {
         let (name, _, numbers) = key(self.curve);
         let bytes = name.bytes().map(u64::from);

@@ -1,5 +1,5 @@
-//! What stands in a loop once for each index: equations in which an index moves by more than one, start equations,
-//! saturations, `when` and `every`.
+//! Items in a loop that are written out for each index: equations in which an index moves by more than one, start
+//! equations, saturations, `when` and `every`.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use crate::model::resolve::Resolver;
 use crate::model::{Automaton, Crossing};
 use crate::syntax::ast::{Counter, Item, ItemKind, StartRule};
 
-/// A loop is written out for at most so many indices.
+/// Limit on the indices for which a loop is written out.
 pub(super) const MOST_WRITTEN_OUT: u32 = 20_000;
 
 impl<'a> Resolver<'a> {
@@ -70,7 +70,7 @@ impl<'a> Resolver<'a> {
         Ok(())
     }
 
-    /// One event that does what both do.
+    /// Merges two events into one that has both effects.
     fn join(
         &self,
         one: &mut Automaton,
@@ -86,7 +86,7 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// Refuses to write a loop out for so many indices.
+/// The error for a loop with too many indices to be written out.
 pub(super) fn too_many(item: &Item, count: u32) -> Diagnostic {
     let (message, help) = match item.kind {
         ItemKind::Equation { .. } => (
@@ -106,7 +106,7 @@ pub(super) fn too_many(item: &Item, count: u32) -> Diagnostic {
     Diagnostic::new(Code::E230, item.span, message).help(help)
 }
 
-/// Whether two events of a loop are one: of a clock there is one, and of each thing that is watched.
+/// Whether two events of a loop are the same: one for each clock and for each watched expression.
 fn watch_the_same(one: &Automaton, other: &Automaton) -> bool {
     let watched = |automaton: &Automaton| -> Vec<(ExprId, Crossing, ExprId)> {
         automaton.transitions.iter().map(|to| (to.left, to.crossing, to.right)).collect()

@@ -21,7 +21,7 @@ fn reads(expr: &Expr, name: &str) -> bool {
         || visit::operands(expr).into_iter().any(|operand| reads(operand, name))
 }
 
-/// An element as written: the array's name, and an index for each pair of brackets.
+/// An element in source form: the array's name, and an index for each pair of brackets.
 struct Written<'a> {
     array: &'a Expr,
     indices: Vec<&'a Expr>,
@@ -38,12 +38,12 @@ impl<'a> Written<'a> {
     }
 }
 
-/// Where in an array an index points.
+/// The position of an index in an array.
 #[derive(Debug, Clone, Copy)]
 struct Pointed {
     /// Distance from the first element, at the first passage.
     offset: u32,
-    /// How far it moves with each passage.
+    /// Its increment with each passage.
     slope: i64,
 }
 
@@ -60,7 +60,7 @@ impl<'a> Lowering<'a> {
         Typed { id, dim: Dim::ONE }
     }
 
-    /// How often the open loop is passed.
+    /// Number of passages of the open loop.
     fn passages(&self) -> u32 {
         let indices = || self.indices.iter();
         match indices().find(|index| index.count != 1) {
@@ -69,7 +69,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// The index of a sum has a name of its own.
+    /// Checks that the index of a sum has a name of its own.
     pub(super) fn verify_free(
         &self,
         index: &Name,
@@ -102,7 +102,7 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
         let written = Written::of(array, index);
-        let at = self.whole_indices(&written.indices, diagnostics)?;
+        let indices = self.whole_indices(&written.indices, diagnostics)?;
         let span = written.array.span;
         let not_an_array = |what: String| {
             Diagnostic::new(Code::E232, span, what)
@@ -132,8 +132,14 @@ impl<'a> Lowering<'a> {
         match definition {
             Definition::Array { index: position, state } => {
                 let array = self.scope.arrays[position].clone()?;
-                let pointed =
-                    self.pointed(&at, &array.shape, name, &written.indices, place, diagnostics)?;
+                let pointed = self.pointed(
+                    &indices,
+                    &array.shape,
+                    name,
+                    &written.indices,
+                    place,
+                    diagnostics,
+                )?;
                 let unit = self.scope.dimension(name)?;
                 if is_rate && !state {
                     return no_rate("an array of `unknown`s", diagnostics);
@@ -147,8 +153,14 @@ impl<'a> Lowering<'a> {
             Definition::Vector(position) => {
                 let vector = &self.scope.vectors[position];
                 let (kind, array) = (vector.kind, vector.place.clone()?);
-                let pointed =
-                    self.pointed(&at, &array.shape, name, &written.indices, place, diagnostics)?;
+                let pointed = self.pointed(
+                    &indices,
+                    &array.shape,
+                    name,
+                    &written.indices,
+                    place,
+                    diagnostics,
+                )?;
                 let dim = Dim::Of(self.scope.dimension(name)?);
                 let id = self.vector_element(kind, &array, pointed);
                 Ok(Typed { id, dim })
@@ -157,18 +169,18 @@ impl<'a> Lowering<'a> {
             Definition::LetArray(position) => {
                 let array = self.scope.let_arrays[position].clone();
                 let shape = array.shape.clone()?;
-                self.pointed(&at, &shape, name, &written.indices, place, diagnostics)?;
+                self.pointed(&indices, &shape, name, &written.indices, place, diagnostics)?;
                 let passages = self.passages();
-                let counters = array.counters.iter().zip(&at);
-                let at: Vec<LoopIndex<'a>> = counters
-                    .map(|(counter, at)| LoopIndex {
+                let counters = array.counters.iter().zip(&indices);
+                let let_indices: Vec<LoopIndex<'a>> = counters
+                    .map(|(counter, index)| LoopIndex {
                         name: &counter.index.text,
-                        first: at.at,
-                        // Of an empty loop nothing is read.
-                        count: if passages > 0 && at.slope == 0 { 1 } else { passages },
+                        first: index.at,
+                        // An empty loop reads no element.
+                        count: if passages > 0 && index.slope == 0 { 1 } else { passages },
                     })
                     .collect();
-                self.open_let(&array, at, index.span, diagnostics)
+                self.open_let(&array, let_indices, index.span, diagnostics)
             }
             definition => {
                 let message = format!("`{name}` is {}, not an array", definition.noun());
@@ -192,9 +204,9 @@ impl<'a> Lowering<'a> {
         };
         let array = self.scope.arrays[index].clone()?;
         let indices: Vec<&Expr> = indices.iter().collect();
-        let at = self.whole_indices(&indices, diagnostics)?;
+        let position = self.whole_indices(&indices, diagnostics)?;
         let pointed =
-            self.pointed(&at, &array.shape, &name.text, &indices, declared, diagnostics)?;
+            self.pointed(&position, &array.shape, &name.text, &indices, declared, diagnostics)?;
         Ok(Symbol::Element(array.first + pointed.offset))
     }
 
@@ -227,7 +239,7 @@ impl<'a> Lowering<'a> {
         Typed { id: self.graph.symbol(symbol), dim: Dim::Of(unit) }
     }
 
-    /// Whether an element moves with the row. Notes where it moves, and not by one.
+    /// Whether an element moves with the row. Records whether it moves by more than one.
     fn sweeps(&mut self, pointed: Pointed) -> bool {
         self.strided |= !(0..=1).contains(&pointed.slope);
         pointed.slope == 1
@@ -253,24 +265,24 @@ impl<'a> Lowering<'a> {
         self.graph.symbol(symbol)
     }
 
-    /// A constant, which is looked up where it moves, by however much.
+    /// A constant, which is looked up if it moves, by any increment.
     fn constant_element(&mut self, array: &ArrayPlace<'a>, pointed: Pointed) -> ExprId {
         let position = array.first + pointed.offset;
         if pointed.slope == 0 {
             return self.graph.symbol(Symbol::Constant(position));
         }
-        let at = |k: u32| {
+        let constant = |k: u32| {
             let position = i64::from(position) + i64::from(k) * pointed.slope;
             let position = u32::try_from(position).unwrap_or(u32::MAX);
-            // One that is in error has been reported.
+            // A constant with an error has been reported.
             self.constants.get(&position).copied().unwrap_or(0.0)
         };
-        let numbers: Vec<f64> = (0..self.passages()).map(at).collect();
+        let numbers: Vec<f64> = (0..self.passages()).map(constant).collect();
         let counter = self.graph.symbol(Symbol::Counter);
         numbers_at(&mut self.graph, array.name, &numbers, counter)
     }
 
-    /// The expression that a `let` of a loop is for an index.
+    /// The expression of a `let` of a loop for an index.
     pub(super) fn open_let(
         &mut self,
         array: &LetArray<'a>,
@@ -304,13 +316,13 @@ impl<'a> Lowering<'a> {
         result
     }
 
-    /// Forgets what was opened where an index moves by more than one: it stands for nothing.
+    /// Discards values computed while an index moved by more than one: they are invalid.
     pub(super) fn forget_moving(&mut self) {
         self.opened_lets.retain(|(_, at), _| at.iter().all(|index| index.count == 1));
         self.calls.clear();
     }
 
-    /// Where in an array indices point: within it, at every passage.
+    /// The position of indices in an array, which must be within it at every passage.
     fn pointed(
         &self,
         at: &[AffineInteger],
@@ -332,7 +344,7 @@ impl<'a> Lowering<'a> {
             ));
         }
         if self.passages() == 0 {
-            // The loop is empty: nothing is read.
+            // The loop is empty: it reads no element.
             return Ok(Pointed { offset: 0, slope: 0 });
         }
         let (mut offset, mut slope) = (0, 0);
@@ -345,7 +357,7 @@ impl<'a> Lowering<'a> {
         Ok(Pointed { offset: u32::try_from(offset).unwrap_or(u32::MAX), slope })
     }
 
-    /// An index stays within its range at every passage.
+    /// Checks that an index stays within its range at every passage.
     fn verify_within(
         &self,
         at: AffineInteger,

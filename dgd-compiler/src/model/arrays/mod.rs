@@ -1,16 +1,16 @@
 //! Arrays of unknowns, constants, parameters and inputs, loops over equations, and elements in
 //! expressions.
 //!
-//! | file | what it holds |
+//! | file | contents |
 //! |---|---|
 //! | `whole` | sizes, the ends of ranges, and indices |
 //! | `shape` | arrays of several indices as one list |
-//! | `place` | where arrays and loops begin and end |
+//! | `place` | positions of arrays and ranges of loops |
 //! | `element` | elements in expressions |
-//! | `reduce` | sums and the like over indices |
+//! | `reduce` | sums and other reductions over indices |
 //! | `vector` | arrays of constants, parameters and inputs |
 //! | `sweep` | equations of loops |
-//! | `each` | what else stands in loops, once for each index |
+//! | `each` | other items in loops, once for each index |
 //! | `output` | outputs of arrays |
 
 mod each;
@@ -49,7 +49,7 @@ impl<'a> Resolver<'a> {
         let Some(Definition::Array { index: position, .. }) =
             self.lowering.scope.names.get(name.text.as_str()).map(|entry| entry.definition)
         else {
-            // A second declaration of a name has been reported.
+            // A duplicate declaration of a name has been reported.
             return diagnostics.check().map(|()| unreachable!("arrays are collected"));
         };
         let ArrayPlace { first, shape, .. } = self.lowering.scope.arrays[position].clone()?;
@@ -57,18 +57,18 @@ impl<'a> Resolver<'a> {
             shape.verify_list(&name.text, values, diagnostics)?;
         }
         let row = shape.row();
-        let mut all = Vec::new();
+        let mut rows = Vec::new();
         for at in 0..shape.rows() {
             let offset = at * row.count;
             let unknown = self.row(item, axes, declaration, &shape, offset, diagnostics);
             self.lowering.indices.clear();
             let unknown = unknown?;
-            all.push(Array { unknown, lower: row.lower, first: first + offset, count: row.count });
+            rows.push(Array { unknown, lower: row.lower, first: first + offset, count: row.count });
         }
-        Ok(all)
+        Ok(rows)
     }
 
-    /// What the elements of a row have in common, their start as one expression.
+    /// The common properties of the elements of a row, with their start as one expression.
     fn row(
         &mut self,
         item: &Item,
@@ -131,20 +131,20 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// `T[2]` of the elements `T[2][1]` and so on; `p` of those of a single row.
+/// `T[2]` for the elements `T[2][1]` and so on; `p` for those of a single row.
 fn name_of_row(name: &Name, shape: &Shape, offset: u32) -> String {
     let mut indices = shape.indices(offset);
     indices.pop();
     format!("{}{}", name.text, shape::brackets(&indices))
 }
 
-/// The indices of an array that have names, at one of its elements.
+/// The named indices of an array at one of its elements.
 fn open_axes<'a>(axes: &'a [Axis], at: &[i64]) -> Vec<LoopIndex<'a>> {
     let named = axes.iter().zip(at).filter_map(|(axis, at)| Some((axis.index.as_ref()?, *at)));
     named.map(|(index, first)| LoopIndex { name: &index.text, first, count: 1 }).collect()
 }
 
-/// Of these the one that the counter says, the first of them at `from`: halved until one is left.
+/// The expression selected by the counter, the first of them at `from`, by bisection.
 fn chosen_by_counter(graph: &mut Graph, each: &[ExprId], from: usize) -> ExprId {
     if let [only] = each {
         return *only;

@@ -1,4 +1,4 @@
-//! Outputs of arrays: rows of elements, or each element by itself where their noise is more than a number.
+//! Outputs of arrays: rows of elements, or each element by itself if their noise is more than a number.
 
 use super::each::{MOST_WRITTEN_OUT, too_many};
 use super::name_of_row;
@@ -14,7 +14,7 @@ use crate::model::{Declared, Output, OutputArray};
 use crate::syntax::ast::{Attribute, Item, Name, Unit as WrittenUnit};
 use crate::units::Unit;
 
-/// An array is an output for at most so many elements: each has a name, a unit and a column.
+/// Limit on the elements of an array that is an output: each has a name, a unit and a column.
 const MOST_OUTPUTS: u32 = 2_000_000;
 
 impl<'a> Resolver<'a> {
@@ -27,13 +27,13 @@ impl<'a> Resolver<'a> {
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
-        let own = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
+        let written_unit = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
         let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
         let Some(Entry { definition: Definition::Array { index, .. }, span, unit }) = entry else {
             unreachable!("asked before");
         };
         let declared = unit.unwrap_or_else(|| Ok(Unit::one()))?;
-        let unit = unit_read(name, own, &declared, span, diagnostics)?;
+        let unit = unit_read(name, written_unit, &declared, span, diagnostics)?;
         let place = self.lowering.scope.arrays[index].clone()?;
         if place.count() > MOST_OUTPUTS {
             let message = format!(
@@ -46,8 +46,8 @@ impl<'a> Resolver<'a> {
                     .help("name the elements that are wanted: `output last = x[N]`"),
             ));
         }
-        let named = |own: String| Declared {
-            name: own,
+        let named = |output_name: String| Declared {
+            name: output_name,
             span: name.span,
             unit: unit.clone(),
             doc: item.doc.clone(),

@@ -1,4 +1,4 @@
-//! Where arrays and loops begin and end.
+//! Positions of arrays and ranges of loops.
 
 use std::collections::BTreeMap;
 
@@ -15,10 +15,10 @@ use crate::syntax::edit::element_of;
 /// All arrays together have at most this many elements.
 const MOST_ELEMENTS: u32 = 10_000_000;
 
-/// Constants, parameters and inputs of arrays are at most this many: each has a name and a value.
+/// Limit on the constants, parameters and inputs in arrays: each has a name and a value.
 const MOST_VALUES: u32 = 100_000;
 
-/// Where the elements of an array are among those of all arrays.
+/// The position of an array's elements among those of all arrays.
 #[derive(Debug, Clone)]
 pub(in crate::model) struct ArrayPlace<'a> {
     pub(in crate::model) name: &'a str,
@@ -30,7 +30,7 @@ pub(in crate::model) struct ArrayPlace<'a> {
 #[derive(Debug, Clone)]
 pub(in crate::model) struct LetArray<'a> {
     pub(in crate::model) name: &'a str,
-    /// What the indices are called in `value`.
+    /// Names of the indices in `value`.
     pub(in crate::model) counters: &'a [Counter],
     pub(in crate::model) shape: Result<Shape, Reported>,
     pub(in crate::model) unit: Option<&'a WrittenUnit>,
@@ -38,7 +38,7 @@ pub(in crate::model) struct LetArray<'a> {
 }
 
 impl<'a> ArrayPlace<'a> {
-    /// Before sizes are known.
+    /// A place before sizes are known.
     pub(in crate::model) fn nowhere(name: &'a Name) -> Self {
         ArrayPlace { name: &name.text, first: 0, shape: Shape::new(Vec::new()) }
     }
@@ -55,7 +55,7 @@ impl<'a> ArrayPlace<'a> {
 }
 
 impl<'a> Scope<'a> {
-    /// Works out the sizes, and with them where arrays and loops begin and end.
+    /// Evaluates the sizes, and with them the positions of arrays and the ranges of loops.
     pub(in crate::model) fn place_arrays(
         &mut self,
         items: &[&'a Item],
@@ -129,7 +129,7 @@ impl<'a> Scope<'a> {
         Ok(Shape::new(extents.into_iter().collect::<Result<_, _>>()?))
     }
 
-    /// Gives an array its place behind those before it.
+    /// Places an array after those before it.
     fn place(
         &self,
         name: &'a Name,
@@ -157,7 +157,7 @@ impl<'a> Scope<'a> {
         Err(diagnostics.error(Diagnostic::new(Code::E230, span, message)))
     }
 
-    /// Elements that are given values from outside, `k[2]`: there are such.
+    /// Checks that elements that are set from outside, `k[2]`, exist.
     fn verify_set_elements(
         &self,
         settings: &BTreeMap<&str, &'a Expr>,
@@ -171,8 +171,8 @@ impl<'a> Scope<'a> {
             };
             let Ok(place) = &self.vectors[vector].place else { continue };
             if place.shape.position(&indices).is_none() {
-                let all = place.shape.axes().iter();
-                let all: Vec<String> = all
+                let axes = place.shape.axes().iter();
+                let ranges: Vec<String> = axes
                     .map(|axis| {
                         format!("{}..{}", axis.lower, axis.lower + i64::from(axis.count) - 1)
                     })
@@ -180,14 +180,14 @@ impl<'a> Scope<'a> {
                 let message = format!(
                     "`{of}` has no element {}: it runs over [{}]",
                     brackets(&indices),
-                    all.join("][")
+                    ranges.join("][")
                 );
                 diagnostics.error(Diagnostic::new(Code::E231, value.span, message));
             }
         }
     }
 
-    /// An index has a name of its own.
+    /// Checks that an index has a name of its own.
     pub(super) fn verify_index(&self, index: &Name, diagnostics: &mut Diagnostics) {
         let Some(earlier) = self.names.get(index.text.as_str()) else { return };
         let message =
@@ -201,7 +201,7 @@ impl<'a> Scope<'a> {
         });
     }
 
-    /// What an element is called, in quotes; of one that moves with a loop, the first.
+    /// Name of an element, in quotes; of one that moves with a loop, the first.
     pub(in crate::model) fn quoted_element(&self, symbol: Symbol) -> Option<String> {
         let of_vector = |kind: ArrayKind, i: u32| {
             let places = self.vectors.iter().filter(|vector| vector.kind == kind);

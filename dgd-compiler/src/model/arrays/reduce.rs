@@ -1,4 +1,4 @@
-//! `sum(… for i in 1..N)` and the like: the value for each index, one after another.
+//! `sum(… for i in 1..N)` and other reductions: the values for all indices, one after another.
 
 use super::whole::{Extent, LoopIndex, extent_within};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
@@ -9,7 +9,7 @@ use crate::model::expression::{Arguments, Lowering, Typed};
 use crate::source::Span;
 use crate::syntax::ast::{Counter, Reducing, Reduction};
 
-/// A reduction has at most so many terms, with those of reductions within it: each is an expression of its own.
+/// Limit on the terms of a reduction, including nested ones: each is an expression of its own.
 const MOST_TERMS: usize = 100_000;
 
 impl<'a> Lowering<'a> {
@@ -50,8 +50,8 @@ impl<'a> Lowering<'a> {
             let dim = if reduction.kind == Reducing::Product {
                 Spelling::product(total.dim, term.dim, false, reduction.body.span)
             } else {
-                let at = reduction.body.span;
-                self.scope.spelling.same("add", total.at(at), term.at(at))
+                let span = reduction.body.span;
+                self.scope.spelling.same("add", total.at(span), term.at(span))
             };
             let dim = dim.map_err(|diagnostic| diagnostics.error(diagnostic))?;
             let id = match reduction.kind {
@@ -70,7 +70,7 @@ impl<'a> Lowering<'a> {
         Ok(total)
     }
 
-    /// The values for all indices, the last running fastest.
+    /// The values for all indices, the last varying fastest.
     fn terms(
         &mut self,
         reduction: &'a Reduction,

@@ -1,4 +1,4 @@
-//! Arrays of several indices as one list, the last index running fastest.
+//! Arrays of several indices as one list, the last index varying fastest.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::whole::Extent;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::syntax::ast::{Expr, ExprKind};
 
-/// What the indices of an array run over, the first outermost.
+/// The ranges of the indices of an array, the first outermost.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::model) struct Shape {
     axes: Vec<Extent>,
@@ -21,17 +21,17 @@ impl Shape {
         &self.axes
     }
 
-    /// Number of elements, if it can be counted.
+    /// Number of elements, unless it overflows.
     pub(in crate::model) fn count(&self) -> Option<u32> {
         self.axes.iter().try_fold(1_u32, |product, axis| product.checked_mul(axis.count))
     }
 
-    /// How far apart neighbours along an axis are.
+    /// Distance between neighbours along an axis.
     pub(in crate::model) fn stride(&self, axis: usize) -> i64 {
         self.axes[axis + 1..].iter().map(|axis| i64::from(axis.count)).product()
     }
 
-    /// The last axis, along which elements follow each other: a row.
+    /// The last axis, along which elements are consecutive: a row.
     pub(in crate::model) fn row(&self) -> Extent {
         *self.axes.last().unwrap_or_else(|| unreachable!("an array has an axis"))
     }
@@ -50,7 +50,7 @@ impl Shape {
         (0..self.axes.len()).map(digit).collect()
     }
 
-    /// The position of an element, if there is such.
+    /// The position of an element, if it exists.
     pub(in crate::model) fn position(&self, indices: &[i64]) -> Option<u32> {
         let mut position = 0;
         for (axis, (index, extent)) in indices.iter().zip(&self.axes).enumerate() {
@@ -63,12 +63,12 @@ impl Shape {
         (indices.len() == self.axes.len()).then(|| u32::try_from(position).ok())?
     }
 
-    /// What stands between the brackets of an element: `[2][3]`.
+    /// The indices of an element in brackets: `[2][3]`.
     pub(in crate::model) fn brackets(&self, position: u32) -> String {
         brackets(&self.indices(position))
     }
 
-    /// Whether lists of values have one for each index.
+    /// Checks that lists of values have one for each index.
     pub(in crate::model) fn verify_list(
         &self,
         name: &str,
@@ -114,7 +114,7 @@ impl Shape {
         all.iter().try_for_each(|value| self.verify_from(axis + 1, name, value, diagnostics))
     }
 
-    /// The value of one element, of a list that [`Self::verify_list`] has checked.
+    /// The value of one element in a list that [`Self::verify_list`] has checked.
     pub(in crate::model) fn value_at<'a>(&self, values: &'a Expr, position: u32) -> &'a Expr {
         let mut value = values;
         for (index, axis) in self.indices(position).into_iter().zip(&self.axes) {

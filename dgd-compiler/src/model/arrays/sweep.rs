@@ -1,4 +1,4 @@
-//! Equations of loops: one for all indices where they move by one, else one for each.
+//! Equations of loops: one for all indices if they move by one, otherwise one for each.
 
 use super::shape::{Shape, brackets};
 use super::whole::{Extent, LoopIndex};
@@ -20,7 +20,7 @@ impl<'a> Resolver<'a> {
         self.next_loop += 1;
         let shape = shape?;
         for item in items {
-            // Each item reports its own mistakes; the next is independent of them.
+            // Each item reports its own errors; the next is independent of them.
             let _: Result<(), Reported> = match &item.kind {
                 ItemKind::Equation { .. } => self.swept(counters, item, &shape, diagnostics),
                 ItemKind::Let { .. } => Ok(()),
@@ -31,7 +31,7 @@ impl<'a> Resolver<'a> {
         Ok(())
     }
 
-    /// An equation of a loop: as families along one of its indices, if some moves by one in it.
+    /// An equation of a loop, as families along one of its indices if it moves by one.
     fn swept(
         &mut self,
         counters: &'a [Counter],
@@ -40,14 +40,14 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
         if shape.count() == Some(0) {
-            // Looked at for the mistakes in it; nothing is read.
+            // Only checked for errors; nothing is read.
             self.lowering.indices = open(counters, shape, 0, false);
             for index in &mut self.lowering.indices {
                 index.count = 0;
             }
             return self.one(item, diagnostics).map(|_| ());
         }
-        // Elements that follow each other differ in the last index.
+        // Consecutive elements differ in the last index.
         if shape.row().count > 1 {
             self.lowering.indices = open(counters, shape, 0, true);
             if self.one(item, diagnostics)?.is_some() {
@@ -57,7 +57,7 @@ impl<'a> Resolver<'a> {
         self.each(counters, item, shape, diagnostics)
     }
 
-    /// The equation at the open indices; none where an index moves by more than one.
+    /// The equation at the open indices; `None` if an index moves by more than one.
     pub(super) fn one(
         &mut self,
         item: &'a Item,
@@ -99,20 +99,21 @@ impl<'a> Resolver<'a> {
         Ok(())
     }
 
-    /// Looks at `let`s of loops that nothing reads, for the mistakes in them.
+    /// Checks `let`s of loops that nothing reads for errors.
     pub(in crate::model) fn unused_lets(&mut self, diagnostics: &mut Diagnostics) {
         for position in 0..self.lowering.scope.let_arrays.len() {
             let array = self.lowering.scope.let_arrays[position].clone();
             let Ok(shape) = &array.shape else { continue };
-            let mut at = open(array.counters, shape, 0, true);
+            let mut indices = open(array.counters, shape, 0, true);
             if shape.count() == Some(0) {
-                for index in &mut at {
+                for index in &mut indices {
                     index.count = 0;
                 }
             }
-            // The result is of no interest, only the mistakes met on the way.
+            // Only the errors matter, not the result.
             let span = array.value.span;
-            let _: Result<Typed, Reported> = self.lowering.open_let(&array, at, span, diagnostics);
+            let _: Result<Typed, Reported> =
+                self.lowering.open_let(&array, indices, span, diagnostics);
         }
     }
 }
@@ -124,11 +125,11 @@ pub(super) fn open<'a>(
     offset: u32,
     moves: bool,
 ) -> Vec<LoopIndex<'a>> {
-    let at = shape.indices(offset);
+    let values = shape.indices(offset);
     let last = counters.len() - 1;
     let index = |(k, Counter { index, .. }): (usize, &'a Counter)| {
         let count = if moves && k == last { shape.row().count } else { 1 };
-        LoopIndex { name: &index.text, first: at[k], count }
+        LoopIndex { name: &index.text, first: values[k], count }
     };
     counters.iter().enumerate().map(index).collect()
 }

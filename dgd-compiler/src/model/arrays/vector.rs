@@ -1,5 +1,5 @@
-//! Arrays of constants, parameters and inputs: each element has a place among those of its kind, and
-//! a name of its own.
+//! Arrays of constants, parameters and inputs: each element has a position among those of its kind, and a name of its
+//! own.
 
 use super::open_axes;
 use super::place::ArrayPlace;
@@ -17,7 +17,7 @@ pub(in crate::model) struct Vector<'a> {
     pub(in crate::model) name: &'a Name,
     pub(in crate::model) axes: &'a [Axis],
     pub(in crate::model) value: Option<&'a Expr>,
-    /// Where its elements are among those of its kind, filled in once sizes are known.
+    /// The position of its elements among those of its kind, filled in once sizes are known.
     pub(in crate::model) place: Result<ArrayPlace<'a>, Reported>,
 }
 
@@ -42,19 +42,19 @@ impl<'a> Resolver<'a> {
         if let Some(value) = value {
             place.shape.verify_list(&name.text, value, diagnostics)?;
         }
-        let mut all = Vec::new();
+        let mut elements = Vec::new();
         for offset in 0..place.count() {
-            let own = format!("{}{}", name.text, place.shape.brackets(offset));
-            let set = self.settings.get(own.as_str()).copied();
+            let element_name = format!("{}{}", name.text, place.shape.brackets(offset));
+            let set = self.settings.get(element_name.as_str()).copied();
             let value = set.or(value.map(|value| place.shape.value_at(value, offset)));
             self.lowering.indices = open_axes(axes, &place.shape.indices(offset));
-            let declared = Declared { name: own, ..declared.clone() };
+            let declared = Declared { name: element_name, ..declared.clone() };
             let made = make(self, declared, value, diagnostics);
             self.lowering.indices.clear();
-            // The next would say the same.
-            all.push(made?);
+            // The next would fail in the same way.
+            elements.push(made?);
         }
-        Ok(all)
+        Ok(elements)
     }
 
     pub(in crate::model) fn constants_of(
@@ -98,7 +98,7 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// Numbers looked up at a whole number, the first at 0.
+/// Looks numbers up by a whole number, the first at 0.
 pub(super) fn numbers_at(graph: &mut Graph, name: &str, numbers: &[f64], at: ExprId) -> ExprId {
     let (first, others) = match numbers {
         [] => return graph.constant(0.0),

@@ -1,4 +1,4 @@
-//! Whole numbers that are known before a run: sizes, the ends of ranges, and indices.
+//! Whole numbers that are constant: sizes, the ends of ranges, and indices.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +10,18 @@ use crate::syntax::ast::{Expr, ExprKind, Factor, Item, ItemKind, Name, Range, Si
 /// Sizes and indices stay below this, so that they are exact as numbers and fit into memory.
 const LARGEST: i64 = 10_000_000;
 
-/// The index of the loop that is open.
+/// The index of an open loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::model) struct LoopIndex<'a> {
-    /// What it is called.
+    /// Its name.
     pub(in crate::model) name: &'a str,
     /// Its value at the first passage.
     pub(in crate::model) first: i64,
-    /// How many passages there are.
+    /// Number of passages.
     pub(in crate::model) count: u32,
 }
 
-/// The index of this name, of those that are open: the innermost.
+/// The innermost open index of this name.
 pub(in crate::model) fn open_index<'a>(
     indices: &[LoopIndex<'a>],
     name: &str,
@@ -43,7 +43,7 @@ pub(in crate::model) struct Extent {
     pub(in crate::model) count: u32,
 }
 
-/// Sizes by name; those that failed carry the proof.
+/// Sizes by name; an error proves that a failed one was reported.
 pub(in crate::model) type Sizes<'a> = BTreeMap<&'a str, Result<i64, Reported>>;
 
 /// The value of an expression of sizes and the loop's index.
@@ -143,7 +143,7 @@ impl AffineInteger {
     }
 }
 
-/// The indices of a range whose ends may read indices that are open but do not move.
+/// The indices of a range whose ends may read open indices that do not move.
 pub(in crate::model) fn extent_within(
     range: &Range,
     sizes: &Sizes<'_>,
@@ -165,7 +165,7 @@ pub(in crate::model) fn extent_within(
     between(lower.at, upper.at, range.span, diagnostics)
 }
 
-/// The indices of a range of whole numbers; none where it ends just before it begins.
+/// The indices of a range of whole numbers; empty if it ends just before it begins.
 pub(in crate::model) fn extent(
     range: &Range,
     sizes: &Sizes<'_>,
@@ -189,7 +189,7 @@ fn between(
     }
 }
 
-/// Works out the sizes, each after those that it is made of.
+/// Evaluates the sizes, each after those that it depends on.
 pub(in crate::model) fn sizes_of<'a>(
     items: &[&'a Item],
     settings: &BTreeMap<&str, &'a Expr>,

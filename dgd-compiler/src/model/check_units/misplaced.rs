@@ -1,4 +1,4 @@
-//! Units that stand behind the value where they belong behind the name, and derivatives that look like quotients.
+//! Units after the value that belong after the name, and derivatives that look like quotients.
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Edit, Fix, Reported};
 use crate::model::define::{Definition, Scope};
@@ -9,12 +9,12 @@ use crate::units::Unit;
 
 /// The unit of a declaration.
 ///
-/// A value that is written in a unit of another kind is reported here, once: `R = 1.2 [ohm]` is taken as
-/// `R [ohm] = 1.2` from then on, and of `x [m] = 3 [s]` it is not known what is meant.
+/// A value written in a unit of another dimension is reported here, once: `R = 1.2 [ohm]` is then treated as `R [ohm] =
+/// 1.2`, but `x [m] = 3 [s]` is ambiguous.
 ///
 /// # Errors
 ///
-/// The unit cannot be read, or is not known.
+/// If the unit is unknown or cannot be read.
 pub(in crate::model) fn unit_of_declaration(
     name: &Name,
     unit: Option<&WrittenUnit>,
@@ -23,7 +23,7 @@ pub(in crate::model) fn unit_of_declaration(
 ) -> Result<Unit, Reported> {
     let declared = unit_of(unit, diagnostics)?;
     let Some((value, behind)) = value.and_then(in_unit) else { return Ok(declared) };
-    // One that cannot be read is reported where the value is.
+    // An invalid unit is reported with the value.
     let Ok(own) = unit_of(Some(behind), &mut Diagnostics::default()) else { return Ok(declared) };
     if own.dimension == declared.dimension {
         return Ok(declared);
@@ -45,7 +45,7 @@ pub(in crate::model) fn unit_of_declaration(
     Err(diagnostics.error(mistake.label(unit.span, "declared so")))
 }
 
-/// Where the number of a value in a unit ends, and that unit.
+/// The end of the number in a value with a unit, and that unit.
 fn in_unit(value: &Expr) -> Option<(u32, &WrittenUnit)> {
     match &value.kind {
         ExprKind::Negate(inner) => in_unit(inner),
@@ -56,7 +56,7 @@ fn in_unit(value: &Expr) -> Option<(u32, &WrittenUnit)> {
     }
 }
 
-/// `dx/dt` or `d(x)/dt` of an unknown, in the middle of a product, where neither `dx` nor `dt` means anything.
+/// `dx/dt` or `d(x)/dt` of an unknown, in the middle of a product, if neither `dx` nor `dt` is defined.
 pub(in crate::model) fn quotient_for_derivative(
     factors: &[(Factor, Expr)],
     scope: &Scope<'_>,
@@ -67,7 +67,7 @@ pub(in crate::model) fn quotient_for_derivative(
         if !is_quotient || below.kind != ExprKind::Name("dt".to_owned()) || is_known("dt") {
             return None;
         }
-        let of = match &above.kind {
+        let numerator = match &above.kind {
             ExprKind::Name(name) if !is_known(name) => name.strip_prefix('d')?,
             ExprKind::Call { function, arguments } if function.text == "d" && !is_known("d") => {
                 match arguments.as_slice() {
@@ -79,12 +79,12 @@ pub(in crate::model) fn quotient_for_derivative(
         };
         let is_unknown = scope
             .names
-            .get(of)
+            .get(numerator)
             .is_some_and(|entry| matches!(entry.definition, Definition::Unknown { .. }));
         let span = above.span.to(below.span);
         is_unknown.then(|| {
-            let message = format!("a derivative is written `der({of})`");
-            let fix = Fix::safe(vec![Edit::replace(span, format!("der({of})"))]);
+            let message = format!("a derivative is written `der({numerator})`");
+            let fix = Fix::safe(vec![Edit::replace(span, format!("der({numerator})"))]);
             Diagnostic::new(Code::E201, span, message).fix(fix)
         })
     })

@@ -1,4 +1,4 @@
-//! What may be added, compared, multiplied: the rules of units, one function each.
+//! The rules of units for sums, comparisons, products and calls, one function each.
 
 mod misplaced;
 
@@ -14,7 +14,7 @@ pub(super) use misplaced::{quotient_for_derivative, unit_of_declaration};
 /// The dimension of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Dim {
-    /// A literal zero: it fits everywhere.
+    /// A literal zero, which has every dimension.
     Zero,
     /// This one.
     Of(Dimension),
@@ -23,7 +23,7 @@ pub(super) enum Dim {
 impl Dim {
     pub(super) const ONE: Dim = Dim::Of(Dimension::ONE);
 
-    /// As a dimension; a zero is a plain number.
+    /// As a dimension; a zero counts as a plain number.
     pub(super) fn dimension(self) -> Dimension {
         match self {
             Dim::Zero => Dimension::ONE,
@@ -31,7 +31,7 @@ impl Dim {
         }
     }
 
-    /// The common dimension of two, where they agree.
+    /// The common dimension of two, if they agree.
     pub(super) fn with(self, other: Dim) -> Option<Dim> {
         match (self, other) {
             (Dim::Zero, any) | (any, Dim::Zero) => Some(any),
@@ -40,19 +40,19 @@ impl Dim {
     }
 }
 
-/// The dimension of an expression, with where the expression stands.
+/// The dimension of an expression, with the expression's place.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Located {
     pub(super) dim: Dim,
     pub(super) span: Span,
 }
 
-/// How a model spells its units: a torque that is declared in N*m is not told in J.
+/// The model's spelling of its units: a torque declared in N*m is not reported in J.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Spelling(BTreeMap<Dimension, String>);
 
 impl Spelling {
-    /// Remembers the unit of a declaration; the first of each dimension counts, where it is coherent.
+    /// Records the unit of a declaration; the first of each dimension is used if it is coherent.
     pub(super) fn learn(&mut self, unit: &Unit) {
         if unit.factor == 1.0 && unit.offset == 0.0 && unit.datum.is_none() {
             self.0.entry(unit.dimension).or_insert_with(|| unit.symbol.clone());
@@ -72,7 +72,7 @@ impl Spelling {
         }
     }
 
-    /// What completes "this is …".
+    /// A completion of "this is …".
     pub(super) fn being(&self, dimension: Dimension) -> String {
         if dimension == Dimension::ONE {
             "a plain number".to_owned()
@@ -81,12 +81,12 @@ impl Spelling {
         }
     }
 
-    /// What to say at a place about its dimension.
+    /// A note about the dimension at a place.
     pub(super) fn this_is(&self, dimension: Dimension) -> String {
         format!("this is {}", self.being(dimension))
     }
 
-    /// Two things that must have one unit; `doing` completes "cannot …".
+    /// Checks that two quantities have the same unit; `doing` completes "cannot …".
     pub(super) fn same(
         &self,
         doing: &str,
@@ -114,7 +114,7 @@ impl Spelling {
         result.map(Dim::Of).ok_or_else(|| too_large(span))
     }
 
-    /// A power whose exponent is a number known beforehand, if it is one.
+    /// A power, if its exponent is a constant number.
     pub(super) fn power(
         &self,
         base: Located,

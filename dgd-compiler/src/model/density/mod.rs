@@ -1,9 +1,9 @@
 //! Densities that a model declares.
 //!
-//! | file | of |
+//! | file | density of |
 //! |---|---|
 //! | `reading` | readings of an output |
-//! | `process` | how far a state strays by itself |
+//! | `process` | process noise of a state |
 //! | `prior` | a parameter before a fit |
 
 pub(super) mod prior;

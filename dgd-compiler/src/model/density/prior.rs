@@ -1,4 +1,4 @@
-//! `prior`: what is known of a parameter before a fit.
+//! `prior`: the density of a parameter before a fit.
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::display::number;
@@ -67,7 +67,7 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// Refuses a density of what is above zero in a unit in which zero is not nothing.
+/// Refuses a density of positive values in a unit with an offset.
 fn verify_nothing_is_zero(
     law: PriorLaw,
     unit: &Unit,
@@ -86,7 +86,7 @@ fn verify_nothing_is_zero(
     Err(diagnostics.error(Diagnostic::new(Code::E507, span, message).help(help)))
 }
 
-/// Narrows the bounds of a parameter to where its prior is not zero, and checks that its value lies there.
+/// Narrows the bounds of a parameter to the support of its prior, and checks that its value lies there.
 pub(in crate::model) fn within_support(
     parameter: &mut Parameter,
     value: Span,

@@ -1,4 +1,4 @@
-//! `noise` of a state: how far it strays by itself.
+//! `noise` of a state: its process noise.
 //!
 //! ```text
 //!   dx = f dt + r dβ      β: Brownian motion;  r in the unit of x over the root of a second
@@ -13,7 +13,7 @@ use crate::syntax::ast::Expr;
 use crate::units::{Unit, parse_unit};
 
 impl<'a> Resolver<'a> {
-    /// The rate of a state in this unit: a number, or a parameter.
+    /// The process noise of a state in this unit: a number, or a parameter.
     pub(in crate::model) fn process_noise(
         &mut self,
         expr: &'a Expr,
@@ -47,7 +47,7 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// The unit of how far a quantity strays in the root of a second.
+/// The unit of process noise: that of the quantity over the root of a second.
 fn rate_of(unit: &Unit) -> Result<Unit, String> {
     let differences = unit.of_differences();
     let second = parse_unit("s^(1/2)").map_err(|_| "s^(1/2)".to_owned())?.dimension;

@@ -1,14 +1,14 @@
-//! `noise`: how the readings of an output scatter.
+//! `noise`: the distribution of the readings of an output.
 //!
 //! | as written | readings y around the output w |
 //! |---|---|
 //! | `noise 0.01 [bar]` | normal, with this standard deviation |
-//! | `noise σ`, a formula | normal; σ reads parameters, what outputs can read, and the output itself by its name |
+//! | `noise σ`, a formula | normal; σ may read everything that outputs can read, parameters, and the output itself by name |
 //! | `noise lognormal(σ)` | ln y is normal around ln w |
 //! | `noise student(ν, σ)` | (y − w)/σ has Student's t distribution with ν degrees of freedom |
 //!
-//! A formula is computed by an output of its own behind those that the model declares, so that all who
-//! evaluate outputs and their derivatives evaluate it.
+//! A formula is evaluated by an extra output after those that the model declares, so that its derivatives are computed
+//! like those of any output.
 
 use dgd_signature::{Density, Distribution};
 
@@ -22,11 +22,11 @@ use crate::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind};
 use crate::syntax::visit::operands;
 use crate::units::{Datum, Dimension, Unit};
 
-/// What the `noise` of an output says.
+/// The `noise` of an output.
 pub(in crate::model) enum Noise {
-    /// Nothing.
+    /// Not declared.
     Silent,
-    /// This standard deviation, SI.
+    /// A standard deviation, SI.
     Known(f64),
     /// More than a number.
     Formula(Formula),
@@ -39,14 +39,14 @@ pub(in crate::model) struct Formula {
     unit: Unit,
 }
 
-/// An output with its noise, as messages and formulas see it.
+/// An output with its noise, for messages and formulas.
 pub(in crate::model) struct Noisy<'a> {
     pub(in crate::model) name: &'a str,
     pub(in crate::model) value: Typed,
     pub(in crate::model) unit: Unit,
 }
 
-/// `5 [%]`, of an output that is not a plain number itself.
+/// `5 [%]`, for an output that is not a plain number itself.
 fn part_of_value(expr: &Expr, unit: &Unit) -> Option<String> {
     let ExprKind::Number { text, unit: Some(own), .. } = &expr.kind else { return None };
     let is_part = own.read().is_ok_and(|own| own.dimension == Dimension::ONE);
@@ -94,7 +94,7 @@ impl<'a> Resolver<'a> {
                 ))));
         }
         let deviation = self.deviation(output, expr, &output.unit, diagnostics)?;
-        // What reads the output is a formula, whatever the output happens to be.
+        // A σ that reads the output is a formula, whatever the output's value.
         let known = self.lowering.number(deviation).filter(|_| !reads(expr, output.name));
         Ok(match known {
             Some(known) => Noise::Known(known),
@@ -138,7 +138,7 @@ impl<'a> Resolver<'a> {
         }))
     }
 
-    /// σ, in a unit. What is known of it is above zero.
+    /// σ, in a unit. A constant one must be positive.
     fn deviation(
         &mut self,
         output: &Noisy<'a>,
@@ -146,8 +146,8 @@ impl<'a> Resolver<'a> {
         unit: &Unit,
         diagnostics: &mut Diagnostics,
     ) -> Result<ExprId, Reported> {
-        let own = Arguments::from([(output.name, output.value)]);
-        let typed = self.lowering.in_unit(expr, unit, Reading::Size, &own, diagnostics)?;
+        let locals = Arguments::from([(output.name, output.value)]);
+        let typed = self.lowering.in_unit(expr, unit, Reading::Size, &locals, diagnostics)?;
         match self.lowering.number(typed.id) {
             Some(value) if !value.is_finite() => {
                 return Err(diagnostics.error(not_finite(value, expr.span)));
@@ -177,7 +177,7 @@ impl<'a> Resolver<'a> {
 }
 
 impl Model {
-    /// Adds the outputs that compute what formulas say, behind all others.
+    /// Adds the outputs that evaluate the formulas, after all others.
     pub(in crate::model) fn add_deviations(&mut self, formulas: Vec<(usize, Formula)>) {
         for (output, Formula { distribution, deviation, unit }) in formulas {
             let Declared { name, span, .. } = &self.outputs[output].declared;
@@ -193,7 +193,7 @@ impl Model {
     }
 }
 
-/// Refuses 0.5 °C within a formula, which would be 273.65 K.
+/// Refuses 0.5 °C in a formula, which would be 273.65 K.
 fn verify_differences(expr: &Expr, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
     if let ExprKind::Number { unit: Some(written), text, .. } = &expr.kind {
         let unit = unit_of(Some(written), diagnostics)?;
@@ -215,7 +215,7 @@ fn verify_differences(expr: &Expr, diagnostics: &mut Diagnostics) -> Result<(), 
     Ok(())
 }
 
-/// Whether zero in a unit is not nothing: °C, barg.
+/// Whether a unit has an offset: °C, barg.
 fn has_zero_of_its_own(unit: &Unit) -> bool {
     unit.offset != 0.0 || unit.datum == Some(Datum::Gauge)
 }

@@ -1,4 +1,4 @@
-//! From points to curves.
+//! Turns points into curves.
 
 use dgd_signature::number::with_unit;
 
@@ -13,7 +13,7 @@ use crate::expr::display::number;
 use crate::syntax::ast::{AttributeKind, Beyond, Shape};
 use crate::units::Unit;
 
-/// Slopes that differ by no more than rounding are the same.
+/// Slopes that differ by this little differ by rounding only.
 const SAME_SLOPE: f64 = 1e-12;
 
 impl<'a> Lowering<'a> {
@@ -59,7 +59,7 @@ impl<'a> Lowering<'a> {
         Ok(terms)
     }
 
-    /// The terms of a grid: one for each place of the shorter axis.
+    /// The terms of a grid: one for each coordinate of the shorter axis.
     pub(super) fn grid(
         &self,
         table: Table<'a>,
@@ -88,7 +88,7 @@ impl<'a> Lowering<'a> {
             }
             other => other.unwrap_or(Shape::Linear),
         };
-        // Points are in the order of x, then of y.
+        // Points are ordered by x, then by y.
         let value = |i: usize, j: usize| known(self, &points[i * y.len() + j]);
         let name = &table.name.text;
         let mut terms = Vec::new();
@@ -112,7 +112,7 @@ impl<'a> Lowering<'a> {
         Ok(terms)
     }
 
-    /// Whether every place of the one axis has a point at every place of the other, whose value is known.
+    /// Checks that every coordinate of one axis has a point at every coordinate of the other, with a known value.
     fn verify_grid(
         &self,
         table: Table<'a>,
@@ -153,7 +153,7 @@ impl<'a> Lowering<'a> {
     }
 }
 
-/// Whether there are points at two places at least.
+/// Checks that there are points at two coordinates at least.
 fn verify_count(
     table: Table<'_>,
     axis: usize,
@@ -185,18 +185,18 @@ fn shape_of(table: Table<'_>) -> Option<Shape> {
     })
 }
 
-/// A value in SI as it is in a unit.
+/// An SI value in another unit.
 pub(super) fn in_unit(value: f64, unit: &Unit) -> String {
     with_unit(plain(value, unit), &unit.symbol)
 }
 
-/// The same without the unit, and without what conversion has left in the last digits.
+/// [`in_unit`] without the unit, and without the rounding error of the conversion.
 fn plain(value: f64, unit: &Unit) -> String {
-    let own = (value - unit.offset) / unit.factor;
-    number(format!("{own:.12e}").parse().unwrap_or(own))
+    let in_unit = (value - unit.offset) / unit.factor;
+    number(format!("{in_unit:.12e}").parse().unwrap_or(in_unit))
 }
 
-/// Whether a curve is all of its table, or others are added to it.
+/// Whether a curve is the whole table, or one of several terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
     Whole,
@@ -219,7 +219,7 @@ impl<'a> Maker<'a> {
         Self { table, beyond: beyond.unwrap_or(Beyond::Refuse), units }
     }
 
-    /// The curve through these points of an axis. Where others are added to it, every knot counts as one at which the
+    /// The curve through these points of an axis. If it is one of several terms, every knot counts as one at which the
     /// slope jumps.
     fn curve(
         &self,
@@ -264,7 +264,7 @@ impl<'a> Maker<'a> {
         CurveId::of(TableCurve { name, curve, smooth, kinks, ends, limit })
     }
 
-    /// What is said where the argument leaves the table.
+    /// The message when the argument leaves the table.
     fn limit(&self, axis: usize, [low, high]: [f64; 2]) -> String {
         let unit = &self.units[axis];
         let (low, high) = (plain(low, unit), in_unit(high, unit));

@@ -1,15 +1,15 @@
 //! Tables: from points to curves, and calls of them.
 //!
-//! A curve is linear in its ordinates where its shape is, so that ordinates that are fitted need no curve of their own,
-//! and a grid none of two arguments:
+//! With the shapes used here, a curve is linear in its ordinates, so fitted ordinates need no curves of their own, and
+//! a grid no curve of two arguments:
 //!
 //! ```text
 //!   f(x)    = C(x) + Σ fⱼ Bⱼ(x)
 //!   f(x, y) = Σ Cⱼ(x) Bⱼ(y)
 //! ```
 //!
-//! C goes through the ordinates that are known beforehand and through zero at the others, Cⱼ through those of one row of
-//! the grid; Bⱼ is one at point j and zero at all others.
+//! C passes through the ordinates that are constant and through zero at the others, Cⱼ through those of one row of the
+//! grid; Bⱼ is one at point j and zero at all others.
 
 mod curves;
 mod points;
@@ -36,7 +36,7 @@ pub(super) struct Resolved {
     smoothness: Vec<Smoothness>,
 }
 
-/// A product of curves, of the first argument and of the second, and of an ordinate.
+/// A product of curves of the first and of the second argument and of an ordinate.
 #[derive(Debug, Clone, Copy)]
 struct Term {
     first: CurveId,
@@ -45,7 +45,7 @@ struct Term {
 }
 
 impl<'a> Lowering<'a> {
-    /// The value of a table at its arguments, which stand at `spans`.
+    /// The value of a table at its arguments, whose places are `spans`.
     pub(super) fn look_up(
         &mut self,
         index: usize,
@@ -77,8 +77,8 @@ impl<'a> Lowering<'a> {
         Ok(Typed { id, dim: Dim::Of(dimension) })
     }
 
-    /// Whether an argument can be known to lie within a table beyond which runs are refused: a number does or
-    /// does not, and what moves with the index of a loop cannot be watched.
+    /// Checks an argument of a table outside of which runs are refused: a number must be inside, and an argument that
+    /// moves with the index of a loop cannot be monitored.
     fn verify_argument(
         &self,
         curve: &TableCurve,
@@ -149,17 +149,17 @@ impl<'a> Lowering<'a> {
 }
 
 impl Resolver<'_> {
-    /// Takes what tables say of parameters. Those that nothing calls are read as well, for the mistakes in them.
+    /// Collects the smoothness of tables. Tables that nothing calls are also read, to find their errors.
     pub(super) fn smoothness_of_tables(&mut self, diagnostics: &mut Diagnostics) {
         for index in 0..self.lowering.scope.tables.len() {
-            // Mistakes are reported.
+            // Errors have been reported.
             let table = self.lowering.table(index, diagnostics);
             self.model.smoothness.extend(table.into_iter().flat_map(|table| table.smoothness));
         }
     }
 }
 
-/// The values of points that are known; zero of others.
+/// Known ordinates; zero for the others.
 fn known(lowering: &Lowering<'_>, point: &Read) -> f64 {
     lowering.number(point.value).unwrap_or(0.0)
 }

@@ -1,4 +1,4 @@
-//! What a table says: its points in SI, in order, and what is wrong with them.
+//! The points of a table in SI, in order, and their errors.
 
 use super::super::define::{Definition, Table};
 use super::super::expression::{Arguments, Lowering};
@@ -15,20 +15,20 @@ pub(super) struct Read {
     pub(super) at: Vec<f64>,
     pub(super) value: ExprId,
     pub(super) span: Span,
-    /// Its position among the points as they are written.
+    /// Its position among the points as written.
     place: usize,
 }
 
-/// Points at one place that are no step.
+/// Points with one argument that are not a step.
 struct Repeated {
     what: &'static str,
     help: &'static str,
-    /// Of the last of them, and of the first.
+    /// Places of the last and of the first.
     spans: (Span, Span),
 }
 
 impl<'a> Lowering<'a> {
-    /// The points, by ascending arguments; those of a step in the order in which they are written.
+    /// The points by ascending arguments; those of a step in the order written.
     pub(super) fn points(
         &mut self,
         table: Table<'a>,
@@ -41,10 +41,10 @@ impl<'a> Lowering<'a> {
         let mut failed = None;
         let mut points = Vec::with_capacity(written.len());
         for (place, (at, value, span)) in written.into_iter().enumerate() {
-            let at: Result<Vec<f64>, Reported> = at
+            let arguments: Result<Vec<f64>, Reported> = at
                 .iter()
                 .zip(units)
-                // Zero has no sign.
+                // Removes the sign of zero.
                 .map(|(&x, unit)| Ok(self.known(x, unit, Reading::Value, diagnostics)? + 0.0))
                 .collect();
             let value = match value {
@@ -53,11 +53,13 @@ impl<'a> Lowering<'a> {
                     self.ordinate_of_array(array, k, table, of_values, diagnostics)
                 }
             };
-            match (at, value) {
-                (Ok(at), Ok(value)) => points.push(Read { at, value, span, place }),
+            match (arguments, value) {
+                (Ok(arguments), Ok(value)) => {
+                    points.push(Read { at: arguments, value, span, place })
+                }
                 (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
             }
-            // A wrong unit in a header is wrong in every row.
+            // A wrong unit in a header applies to every row.
             if is_file && failed.is_some() {
                 break;
             }
@@ -68,7 +70,7 @@ impl<'a> Lowering<'a> {
                 .zip(&b.at)
                 .fold(std::cmp::Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
         };
-        // Whoever writes them downwards comes to a step from above.
+        // In descending order, a step is met from above.
         if points.windows(2).all(|pair| in_order(&pair[0], &pair[1]).is_ge()) {
             points.reverse();
         }
@@ -92,7 +94,7 @@ impl<'a> Lowering<'a> {
         repeated.map_or(Ok(points), Err)
     }
 
-    /// The mistake among points at one place, if any: a table of one argument may have two, which are a step.
+    /// The first group of too many points with equal arguments: a table of one argument may have two, which are a step.
     fn too_many_at_one_place(
         &self,
         table: Table<'a>,
@@ -129,7 +131,7 @@ impl<'a> Lowering<'a> {
         Some(Repeated { what, help, spans: (last, first) })
     }
 
-    /// A value that is an element of an array with as many elements as the table has points.
+    /// The element that is a value, for an array with as many elements as the table has points.
     fn ordinate_of_array(
         &mut self,
         array: &'a Expr,
@@ -144,9 +146,9 @@ impl<'a> Lowering<'a> {
         let n = table.points.expressions().len() - 1;
         let entry = self.scope.names.get(name.as_str()).map(|entry| entry.definition);
         let refuse = |message: String, help: &str, diagnostics: &mut Diagnostics| {
-            // Once, and not for each point.
-            let said = diagnostics.said(Code::E233, array.span);
-            Err(said.unwrap_or_else(|| {
+            // Once, not for each point.
+            let known_error = diagnostics.said(Code::E233, array.span);
+            Err(known_error.unwrap_or_else(|| {
                 diagnostics.error(Diagnostic::new(Code::E233, array.span, message).help(help))
             }))
         };
@@ -177,8 +179,8 @@ impl<'a> Lowering<'a> {
                 unit.symbol,
                 spelling.being(dimension)
             );
-            let said = diagnostics.said(Code::E302, array.span);
-            return Err(said.unwrap_or_else(|| {
+            let known_error = diagnostics.said(Code::E302, array.span);
+            return Err(known_error.unwrap_or_else(|| {
                 diagnostics.error(Diagnostic::new(Code::E302, array.span, message))
             }));
         }
@@ -225,7 +227,7 @@ impl<'a> Lowering<'a> {
 #[derive(Debug, Clone, Copy)]
 enum Ordinate<'a> {
     Of(&'a Expr),
-    /// The element at this distance from the first, of an array by its name.
+    /// The element at this distance from the first of the named array.
     Element(&'a Expr, u32),
 }
 
@@ -241,8 +243,9 @@ fn written<'a>(
             if let [array] = &y[..]
                 && x.len() > 1
             {
-                let of = |(k, x): (u32, &'a Expr)| (vec![x], Ordinate::Element(array, k), x.span);
-                return Ok((0..).zip(x).map(of).collect());
+                let element =
+                    |(k, x): (u32, &'a Expr)| (vec![x], Ordinate::Element(array, k), x.span);
+                return Ok((0..).zip(x).map(element).collect());
             }
             return Ok(x.iter().zip(y).map(|(x, y)| (vec![x], Ordinate::Of(y), y.span)).collect());
         }
@@ -257,11 +260,11 @@ fn written<'a>(
         }
     };
     let of_point = |numbers: &'a [Expr]| numbers.split_last();
-    let all = points.iter().filter_map(|point| {
+    let spans = points.iter().filter_map(|point| {
         let (value, at) = of_point(&point.numbers)?;
         Some((at.iter().collect(), Ordinate::Of(value), point.span))
     });
-    Ok(all.collect())
+    Ok(spans.collect())
 }
 
 /// `q = 1200 lpm, w = 40 %`

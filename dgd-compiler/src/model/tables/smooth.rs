@@ -1,11 +1,10 @@
-//! `smooth`: how far a table's points are expected to be from the lines between their neighbours.
+//! `smooth`: the expected deviation of a table's points from the lines between their neighbours.
 //!
 //! ```text
 //!   dᵢ = yᵢ − (yᵢ₋₁ (xᵢ₊₁ − xᵢ) + yᵢ₊₁ (xᵢ − xᵢ₋₁))/(xᵢ₊₁ − xᵢ₋₁)     normal, of mean 0, at each inner point
 //! ```
 //!
-//! With values y that are sums of parameters this is what is known of Σ w p before a fit; values that are known are
-//! part of its mean.
+//! If the values y are sums of parameters, this is a prior of Σ w p; constant values enter its mean.
 //!
 //! Source: Rue, Held, Gaussian Markov Random Fields (2005) §3.4, random walks of second order.
 
@@ -53,7 +52,7 @@ impl Affine {
 }
 
 impl<'a> Lowering<'a> {
-    /// What a table says of parameters by `smooth`; nothing where it does not.
+    /// The smoothness of a table's parameters; empty without `smooth`.
     pub(super) fn smoothness(
         &mut self,
         table: Table<'a>,
@@ -83,10 +82,10 @@ impl<'a> Lowering<'a> {
             let values: Vec<Affine> = values.into_iter().collect::<Result<_, _>>()?;
             let x: Vec<f64> = points.iter().map(|point| point.at[0]).collect();
             let inner = x.windows(3).zip(values.windows(3));
-            // Nothing is said across a step.
+            // Not applied across a step.
             let inner = inner.filter(|(x, _)| x[0] < x[1] && x[1] < x[2]);
-            let all = inner.filter_map(|(x, y)| of_point(name, x, y, std));
-            return Ok(all.collect());
+            let rows = inner.filter_map(|(x, y)| of_point(name, x, y, std));
+            return Ok(rows.collect());
         };
         Err(diagnostics
             .error(Diagnostic::new(Code::E514, span, message).help("leave `smooth` out")))
@@ -134,7 +133,7 @@ impl<'a> Lowering<'a> {
     }
 }
 
-/// What is said of the second of three points; nothing where all of them are known.
+/// The smoothness at the second of three points; `None` if all of them are constant.
 fn of_point(table: &str, x: &[f64], y: &[Affine], std: f64) -> Option<Smoothness> {
     let width = x[2] - x[0];
     let deviation = y[1].clone().plus(-(x[2] - x[1]) / width, &y[0]);

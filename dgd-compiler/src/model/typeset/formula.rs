@@ -1,9 +1,8 @@
-//! A model's equations as they are typeset: built from the syntax once, written by [`super::latex`]
-//! and [`super::mathml`].
+//! A model's equations for typesetting: built from the syntax once, written by [`super::latex`] and [`super::mathml`].
 //!
-//! The equations are those of the file, in the author's order and with the author's grouping; the
-//! chosen variants' equations stand where the variant does. What brackets a bar or an exponent
-//! makes superfluous is decided here, so that a writer has no choices left.
+//! The equations are those of the file, in the author's order and with the author's grouping; the equations of the
+//! chosen variants replace the variants. Brackets that a bar or an exponent makes superfluous are removed here, so that
+//! writers have no choices left.
 
 use crate::diagnostics::Diagnostics;
 use crate::expr::display::number;
@@ -14,10 +13,10 @@ use crate::syntax::ast::{
     ExprKind, Factor, Item, ItemKind, Name, Points, Reducing, Reduction, Shape, Sign, StartRule,
 };
 
-/// Of a table with more points the first and the last are shown.
+/// Only the first and the last points of larger tables are shown.
 const MOST_POINTS: usize = 8;
 
-/// What stands on a line of its own.
+/// A line of its own.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Line {
     /// A definition, an equation or an output.
@@ -31,13 +30,13 @@ pub enum Line {
     },
     /// The name of a mode, whose equations follow.
     Mode(String),
-    /// From one mode to another.
+    /// A transition.
     Transition(Transition),
     /// A bound within which an unknown stays.
     Bound {
         /// The unknown.
         left: Formula,
-        /// On which side it lies.
+        /// The side on which it lies.
         side: ast::Bound,
         /// The bound.
         right: Formula,
@@ -47,21 +46,20 @@ pub enum Line {
 /// A transition between modes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transition {
-    /// The mode that it leaves and the one that it enters; none of a `when`.
+    /// The mode that it leaves and the one that it enters; none for a `when`.
     pub modes: Option<[String; 2]>,
-    /// When it is made.
+    /// When it occurs.
     pub occasion: Occasion,
     /// Unknowns that get a new value, and the values.
     pub resets: Vec<(Formula, Formula)>,
 }
 
-/// When a transition is made.
+/// When a transition occurs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Occasion {
-    /// When one of these passes the other in this direction.
+    /// When one of these left sides passes its right side in this direction.
     When(Vec<(Formula, Crossing, Formula)>),
-    /// Again and again, with this period.
-    /// The period, and the offset.
+    /// Periodically: the period, and the offset.
     Every(Formula, Option<Formula>),
 }
 
@@ -79,11 +77,11 @@ pub enum Formula {
         /// The unit after it, as written.
         unit: Option<String>,
     },
-    /// Parts beside each other.
+    /// Parts in a row.
     Row(Vec<Formula>),
     /// A sign between or before parts.
     Operator(Operator),
-    /// One above the other.
+    /// Numerator and denominator.
     Fraction(Box<Formula>, Box<Formula>),
     /// A base with an exponent.
     Power(Box<Formula>, Box<Formula>),
@@ -91,21 +89,21 @@ pub enum Formula {
     Root(Box<Formula>),
     /// Between a pair of delimiters.
     Fenced(Fence, Box<Formula>),
-    /// A derivative to time.
+    /// A time derivative.
     Dot(Symbol),
     /// An element of an array, or its derivative, with its indices as a subscript.
     Indexed(Box<Formula>, Box<Formula>),
     /// A sum, a product or the like over indices.
     Over(Box<Over>),
-    /// The name of a well-known function, upright, with what its foot says.
+    /// The upright name of a well-known function, with its subscript.
     Function(&'static str, Option<&'static str>),
-    /// One value where a condition holds, else another.
+    /// One value if a condition holds, otherwise another.
     Cases(Box<Cases>),
     /// Words between formulas.
     Words(&'static str),
 }
 
-/// A name as papers set it: `h_r` is h with subscript r, `c0` is c with subscript 0.
+/// A name in the style of papers: `h_r` is h with subscript r, `c0` is c with subscript 0.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Symbol {
     /// Letters on the base line.
@@ -117,18 +115,18 @@ pub struct Symbol {
 /// The two branches of an `if`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cases {
-    /// The value where the condition holds.
+    /// The value if the condition holds.
     pub then: Formula,
     /// The condition.
     pub condition: Formula,
-    /// The value elsewhere.
+    /// The value otherwise.
     pub otherwise: Formula,
 }
 
-/// What is made of a formula for each index.
+/// A reduction of a formula over indices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Over {
-    /// A sum, a product or the like.
+    /// A sum, a product or another reduction.
     pub kind: Reducing,
     /// The indices, each with its first and last value.
     pub counters: Vec<[Formula; 3]>,
@@ -139,15 +137,15 @@ pub struct Over {
 /// Pairs of delimiters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fence {
-    /// Round brackets as high as what they enclose.
+    /// Round brackets as high as their content.
     Round,
     /// Round brackets around the arguments of a definition.
     Arguments,
     /// Vertical bars.
     Bars,
-    /// Bars with feet: the whole number below.
+    /// Bars with feet: rounding down.
     Floor,
-    /// Bars with heads: the whole number above.
+    /// Bars with heads: rounding up.
     Ceiling,
 }
 
@@ -160,7 +158,7 @@ pub enum Operator {
     Minus,
     /// − in front of a term
     Negative,
-    /// The multiplication that is not written.
+    /// The multiplication without a sign.
     Times,
     /// Between arguments.
     Comma,
@@ -191,7 +189,7 @@ pub struct Documented {
     pub doc: Vec<String>,
     /// Whether the item is an `output`.
     pub is_output: bool,
-    /// The indices of the loop that it stands in, each with its first and last value.
+    /// The indices of its loop, each with its first and last value.
     pub counters: Vec<[Formula; 3]>,
 }
 
@@ -200,7 +198,7 @@ pub fn lines(asts: &[Ast], model: &Model) -> Vec<Line> {
     documented(asts, model).into_iter().map(|documented| documented.line).collect()
 }
 
-/// The same with their documentation.
+/// The lines of a model with their documentation.
 pub fn documented(asts: &[Ast], model: &Model) -> Vec<Documented> {
     // The model was made from these trees, so they expand without errors.
     let expanded = parts::expand(asts, &mut Diagnostics::default());
@@ -211,7 +209,7 @@ pub fn documented(asts: &[Ast], model: &Model) -> Vec<Documented> {
     lines
 }
 
-/// Visits items, and in the place of a variant those of its choice.
+/// Visits items; a variant is replaced by the items of its choice.
 pub(super) fn for_each_item<'a>(
     items: &'a [Item],
     model: &Model,
@@ -297,34 +295,34 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
 /// An index with its first and last value.
 fn ends_of(counter: &Counter) -> [Formula; 3] {
     let Counter { index, range } = counter;
-    let at = Formula::Symbol(Symbol::of(&index.text));
-    [at, expression(&range.lower), expression(&range.upper)]
+    let symbol = Formula::Symbol(Symbol::of(&index.text));
+    [symbol, expression(&range.lower), expression(&range.upper)]
 }
 
-/// The array that an element belongs to, and the element's indices.
+/// The array of an element, and the element's indices.
 fn element<'e>(array: &'e Expr, index: &'e Expr) -> (&'e Expr, Vec<&'e Expr>) {
     let mut indices = vec![index];
-    let mut of = array;
-    while let ExprKind::Element(array, index) = &of.kind {
+    let mut base = array;
+    while let ExprKind::Element(array, index) = &base.kind {
         indices.insert(0, index);
-        of = array;
+        base = array;
     }
-    (of, indices)
+    (base, indices)
 }
 
-/// With its indices as one subscript.
+/// A formula with its indices as one subscript.
 fn indexed(of: Formula, indices: &[&Expr]) -> Formula {
     let indices = separated(indices.iter().map(|index| expression(index)), Operator::Comma);
     Formula::Indexed(Box::new(of), Box::new(indices))
 }
 
-/// An element of an array, or what has no indices.
+/// An element of an array, or a name without indices.
 fn element_named(name: &Name, indices: &[Expr]) -> Formula {
     let name = Formula::Symbol(Symbol::of(&name.text));
     if indices.is_empty() { name } else { indexed(name, &indices.iter().collect::<Vec<_>>()) }
 }
 
-/// An item that can stand in a loop, once, with the loop's indices.
+/// An item of a loop, once, with the loop's indices.
 fn of_loop(counters: &[Counter], item: &Item) -> Option<Line> {
     let indexed = |label: &Name| {
         counters.iter().fold(label.text.clone(), |label, c| label + "[" + &c.index.text + "]")
@@ -335,8 +333,8 @@ fn of_loop(counters: &[Counter], item: &Item) -> Option<Line> {
                 span: c.index.span,
                 kind: ExprKind::Name(c.index.text.clone()),
             };
-            let at: Vec<Expr> = counters.iter().map(index).collect();
-            let left = element_named(name, &at);
+            let indices: Vec<Expr> = counters.iter().map(index).collect();
+            let left = element_named(name, &indices);
             Line::Equation { left, right: expression(value), label: None }
         }
         ItemKind::Equation { label, left, right, .. } => {
@@ -386,14 +384,14 @@ fn occasion(conditions: &[ast::Condition]) -> Occasion {
     Occasion::When(conditions.iter().map(one).collect())
 }
 
-/// A function or a table with its arguments, as its definition begins.
+/// The left side of the definition of a function or a table.
 fn called(name: &Name, arguments: &[Argument]) -> Formula {
     let symbol = |name: &Name| Formula::Symbol(Symbol::of(&name.text));
     let arguments = separated(arguments.iter().map(|a| symbol(&a.name)), Operator::Comma);
     Formula::Row(vec![symbol(name), Formula::Fenced(Fence::Arguments, Box::new(arguments))])
 }
 
-/// The points of a table, or some of many, and how it goes through them.
+/// The points of a table, or some of many, and its interpolation.
 fn through(n_arguments: usize, points: &Points, attributes: &[Attribute]) -> Formula {
     let shape = attributes.iter().find_map(|attribute| match attribute.kind {
         AttributeKind::Linear => Some(Shape::Linear),
@@ -428,7 +426,7 @@ fn through(n_arguments: usize, points: &Points, attributes: &[Attribute]) -> For
     Formula::Row(vec![Formula::Words(words), separated(shown.into_iter(), Operator::Comma)])
 }
 
-/// The value of a function: the last line of its block, where the names in it stand for those above.
+/// The value of a function with a block: its last line, in which the names of the lines above are replaced.
 fn with_lets(body: &Expr, lets: &[ast::LocalLet]) -> Formula {
     let mut row = vec![expression(body)];
     for (k, local) in lets.iter().enumerate() {
@@ -453,8 +451,8 @@ fn resets_of(resets: &[ast::Reset]) -> Vec<(Formula, Formula)> {
 }
 
 impl Symbol {
-    /// Splits a name at its underscores and before the digits of its first part; what it is a part
-    /// of comes last.
+    /// Splits a name at its underscores and before the digits of its first part; the name of the part that owns it
+    /// comes last.
     pub fn of(name: &str) -> Symbol {
         let (whole, name) = match name.rsplit_once('.') {
             Some((whole, name)) => (Some(whole), name),
@@ -471,7 +469,7 @@ impl Symbol {
     }
 }
 
-/// The small and capital letters that are spelled out in names and drawn as one sign.
+/// The small and capital letters that are spelled out in names and drawn as one character.
 pub(super) static GREEK: &[(&str, char)] = &[
     ("alpha", 'α'),
     ("beta", 'β'),
@@ -573,12 +571,12 @@ pub(super) fn expression(expr: &Expr) -> Formula {
     }
 }
 
-/// What must be put in brackets where something tighter is wanted.
+/// Whether an expression needs brackets next to a tighter operator.
 fn is_sum(expr: &Expr) -> bool {
     matches!(expr.kind, ExprKind::Sum(_) | ExprKind::Negate(_) | ExprKind::If(..))
 }
 
-/// Factors up to the first division stand above the bar with those multiplied later.
+/// Factors before the first division, and those multiplied later, are above the bar.
 fn product(factors: &[(Factor, Expr)]) -> Formula {
     let is_quotient = factors.iter().any(|(factor, _)| *factor == Factor::Over);
     let side = |wanted: Factor| {
@@ -597,7 +595,7 @@ fn product(factors: &[(Factor, Expr)]) -> Formula {
     }
 }
 
-/// Without brackets around the whole.
+/// The expression without brackets around the whole.
 fn bare(expr: &Expr) -> &Expr {
     match &expr.kind {
         ExprKind::Group(inner) => bare(inner),
@@ -605,7 +603,7 @@ fn bare(expr: &Expr) -> &Expr {
     }
 }
 
-/// Functions with a name that readers of mathematics know, and how it is set.
+/// Well-known functions with their typeset names.
 static WELL_KNOWN: &[(&str, &str, Option<&str>)] = &[
     ("log", "ln", None),
     ("log10", "log", Some("10")),
@@ -660,16 +658,16 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
     Formula::Row(vec![name, round(list)])
 }
 
-/// x(t − τ); brackets around an x that is not a name.
+/// x(t − τ), with brackets around an x that is not a name.
 fn late(x: &Expr, tau: &Expr) -> Formula {
     let (x, tau) = (bare(x), bare(tau));
-    let of = match x.kind {
+    let base = match x.kind {
         ExprKind::Name(_) => expression(x),
         _ => round(expression(x)),
     };
-    let by = if is_sum(tau) { round(expression(tau)) } else { expression(tau) };
+    let lag = if is_sum(tau) { round(expression(tau)) } else { expression(tau) };
     let t = Formula::Symbol(Symbol::of("t"));
-    Formula::Row(vec![of, round(Formula::Row(vec![t, Formula::Operator(Operator::Minus), by]))])
+    Formula::Row(vec![base, round(Formula::Row(vec![t, Formula::Operator(Operator::Minus), lag]))])
 }
 
 fn round(inner: Formula) -> Formula {
@@ -680,7 +678,7 @@ fn before(sign: Operator, part: Formula) -> Formula {
     Formula::Row(vec![Formula::Operator(sign), part])
 }
 
-/// Parts with a sign between each two; a lone part stays what it is.
+/// Parts separated by a sign; a single part stays as it is.
 fn separated(parts: impl Iterator<Item = Formula>, sign: Operator) -> Formula {
     let mut row = Vec::new();
     for part in parts {

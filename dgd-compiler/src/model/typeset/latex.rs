@@ -19,16 +19,16 @@ pub fn write(asts: &[Ast], model: &Model) -> String {
     text
 }
 
-/// The equations with a label, of which every mode may have one, each as a formula for a text.
+/// The equations with a label, which each mode may have one of, as formulas for a text.
 pub fn equations(asts: &[Ast], model: &Model, label: &str) -> Vec<String> {
     let lines = formula::lines(asts, model);
-    let own = lines.iter().filter_map(|line| match line {
+    let labelled = lines.iter().filter_map(|line| match line {
         Line::Equation { left, right, label: Some(own) } if own == label => {
             Some(format!("{} = {}", formula(left), formula(right)))
         }
         _ => None,
     });
-    own.collect()
+    labelled.collect()
 }
 
 pub(super) fn line(line: &Line) -> String {
@@ -85,7 +85,7 @@ fn escaped(text: &str) -> String {
     text.replace('_', "\\_")
 }
 
-/// Text in a formula. Its underscores stand outside of `\text`, in which not all readers of LaTeX know them.
+/// Text in a formula. Its underscores are outside of `\text`, in which not all LaTeX readers support them.
 pub(super) fn upright(text: &str) -> String {
     format!("\\text{{{}}}", text.replace('_', "}\\_\\text{"))
 }
@@ -119,7 +119,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
         Formula::Fraction(above, below) => {
             write_parts(text, &["\\frac{", "}{", "}"], &[above, below])
         }
-        // The exponent of a name stands above its subscript.
+        // The exponent of a name is above its subscript.
         Formula::Power(base, exponent) if matches!(**base, Formula::Symbol(_)) => {
             write_parts(text, &["", "^{", "}"], &[base, exponent])
         }
@@ -167,7 +167,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
     }
 }
 
-/// Σ with its ends below and above, or a function with its indices at its foot.
+/// Σ with limits below and above, or a function with its indices as a subscript.
 fn write_over(text: &mut String, Over { kind, counters, body }: &Over) -> std::fmt::Result {
     let sign = match kind {
         Reducing::Sum => "\\sum",
@@ -188,7 +188,7 @@ fn write_over(text: &mut String, Over { kind, counters, body }: &Over) -> std::f
     write_formula(text, body)
 }
 
-/// Parts with what stands before, between and after them.
+/// Parts with the text before, between and after them.
 fn write_parts(text: &mut String, around: &[&str], parts: &[&Formula]) -> std::fmt::Result {
     for (i, piece) in around.iter().enumerate() {
         text.push_str(piece);

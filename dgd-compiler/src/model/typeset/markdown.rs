@@ -1,8 +1,8 @@
-//! A model as a page in Markdown, for `dgd emit --stage markdown`: what it says of itself, tables of what
-//! it declares, and its equations, typeset.
+//! A model as a page in Markdown, for `dgd emit --stage markdown`: its documentation, tables of its declarations, and
+//! its typeset equations.
 //!
-//! Formulas are in fences and inline marks that GitHub and most readers of Markdown draw; names stay
-//! as they are written beside them.
+//! Formulas use the fences and inline marks that GitHub and most Markdown readers support; names in the text stay as
+//! they are.
 
 use std::fmt::Write;
 
@@ -45,7 +45,7 @@ pub fn write(asts: &[Ast], model: &Model, path: &str) -> String {
     text
 }
 
-/// How it is run, which choices were made, and what it is made of.
+/// How to run it, the choices made, and its parts.
 fn push_run(text: &mut String, model: &Model, path: &str) {
     let needs = if model.inputs.is_empty() { "--until T" } else { "--data FILE" };
     let _ = write!(
@@ -54,7 +54,7 @@ fn push_run(text: &mut String, model: &Model, path: &str) {
         model.name,
         if model.inputs.is_empty() { "" } else { " --data FILE" },
     );
-    // One without alternatives is as it has to be.
+    // A variant without alternatives needs no mention.
     for variant in model.variants.iter().filter(|variant| variant.choices.len() > 1) {
         let choices: Vec<String> =
             variant.choices.iter().map(|choice| format!("`{choice}`")).collect();
@@ -76,7 +76,7 @@ fn push_run(text: &mut String, model: &Model, path: &str) {
     }
 }
 
-/// Rows of the tables, the heads first.
+/// Rows of the tables, heads first.
 struct Declarations {
     inputs: Vec<Vec<String>>,
     unknowns: Vec<Vec<String>>,
@@ -205,7 +205,7 @@ impl Declarations {
                     _ => None,
                 });
                 let [symbol, name, _] = first(name, unit);
-                // Without one it has that of the unknown.
+                // An output without a unit has that of the unknown.
                 let unit = unit.as_ref().map_or_else(String::new, |unit| cell(&unit.text));
                 self.outputs.push(vec![symbol, name, unit, noise.unwrap_or_default(), doc]);
             }
@@ -223,13 +223,13 @@ fn start_of(declared: UnknownKind, start: Option<&Expr>) -> String {
     }
 }
 
-/// How an input goes on between samples.
+/// Interpolation of an input between samples.
 fn goes_on(attributes: &[Attribute]) -> String {
     let is_linear = attributes.iter().any(|a| matches!(a.kind, AttributeKind::Linear));
     if is_linear { "a straight line" } else { "holds" }.to_owned()
 }
 
-/// A doc comment that says of a parameter that it is fixed.
+/// A parameter's doc comment, extended by whether it is fixed.
 fn with_fixed(attributes: &[Attribute], doc: String) -> String {
     let is_fixed = attributes.iter().any(|a| matches!(a.kind, AttributeKind::Fixed));
     match (is_fixed, doc.is_empty()) {
@@ -240,11 +240,11 @@ fn with_fixed(attributes: &[Attribute], doc: String) -> String {
 }
 
 fn bounds(attributes: &[Attribute]) -> String {
-    let found = attributes.iter().find_map(|attribute| match &attribute.kind {
+    let interval = attributes.iter().find_map(|attribute| match &attribute.kind {
         AttributeKind::Bounds(lower, upper) => Some((lower, upper)),
         _ => None,
     });
-    match found {
+    match interval {
         Some((Some(lower), Some(upper))) => format!("{} to {}", math(lower), math(upper)),
         Some((Some(lower), None)) => format!("from {}", math(lower)),
         Some((None, Some(upper))) => format!("up to {}", math(upper)),
@@ -252,7 +252,7 @@ fn bounds(attributes: &[Attribute]) -> String {
     }
 }
 
-/// Blocks of equations; one with a doc comment begins after it.
+/// Blocks of equations; a line with a doc comment starts a new block after it.
 fn push_equations(text: &mut String, lines: &[Documented]) {
     let mut from = 0;
     while from < lines.len() {
@@ -269,12 +269,13 @@ fn push_equations(text: &mut String, lines: &[Documented]) {
     }
 }
 
-/// A line, with its label and the indices for which it holds after it.
+/// A line, followed by its label and the indices for which it holds.
 fn row(Documented { line, counters, .. }: &Documented) -> String {
     let (mut text, label) = match line {
         Line::Equation { left, right, label } => {
-            let own = Line::Equation { left: left.clone(), right: right.clone(), label: None };
-            (latex::line(&own), label.as_deref())
+            let unlabelled =
+                Line::Equation { left: left.clone(), right: right.clone(), label: None };
+            (latex::line(&unlabelled), label.as_deref())
         }
         Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => (latex::line(line), None),
     };
@@ -317,7 +318,7 @@ fn symbol(name: &str) -> String {
 
 fn math(expr: &Expr) -> String {
     match expression(expr) {
-        // Nothing to be typeset.
+        // No typesetting needed.
         Formula::Number { digits, exponent: None, unit: None } => digits,
         formula => inline(&formula),
     }
@@ -332,7 +333,7 @@ fn cell(text: &str) -> String {
     escaped(text).replace('|', "\\|")
 }
 
-/// Text without what Markdown reads as marks.
+/// Text with the special characters of Markdown escaped.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

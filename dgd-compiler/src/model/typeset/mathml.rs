@@ -1,6 +1,6 @@
-//! Equations as presentation MathML, which browsers draw by themselves.
+//! Equations as presentation MathML, which browsers draw natively.
 //!
-//! Only what MathML Core has is used.
+//! Only elements of MathML Core are used.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use crate::syntax::ast::{Bound, Reducing};
 
 /// One line as a `<math>` element; its label is left to the caller.
 pub fn write(line: &Line) -> String {
-    // Fractions at full size, though the element may stand in a line.
+    // Fractions at full size, even if the element is inline.
     let mut text = "<math displaystyle=\"true\">".to_owned();
     // Writing to a string cannot fail.
     let _ = match line {
@@ -79,7 +79,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
     match formula {
         Formula::Symbol(symbol) => write_symbol(text, symbol, write_letters),
         Formula::Dot(symbol) => write_symbol(text, symbol, |text, letters| {
-            // A full stop: fonts without mathematics have the dot above as a faint mark far from its letter.
+            // A full stop: fonts without mathematics draw the dot above as a faint mark far from its letter.
             text.push_str("<mover accent=\"true\">");
             write_letters(text, letters)?;
             write!(text, "<mo class=\"dot\">.</mo></mover>")
@@ -142,7 +142,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
     }
 }
 
-/// Σ with its ends below and above, or a function with its indices at its foot.
+/// Σ with limits below and above, or a function with its indices as a subscript.
 fn write_over(text: &mut String, Over { kind, counters, body }: &Over) -> std::fmt::Result {
     let sign = match kind {
         Reducing::Sum => "<mo>∑</mo>",
@@ -192,7 +192,7 @@ fn sign(operator: Operator) -> &'static str {
         Operator::Plus => "<mo>+</mo>",
         Operator::Minus => "<mo>−</mo>",
         Operator::Negative => "<mo form=\"prefix\">−</mo>",
-        // Invisible times, with the room of a thin space.
+        // Invisible times, with the width of a thin space.
         Operator::Times => "<mo lspace=\"0\" rspace=\"0.17em\">\u{2062}</mo>",
         Operator::Comma => "<mo>,</mo>",
         Operator::Equal => "<mo>=</mo>",
@@ -206,7 +206,7 @@ fn sign(operator: Operator) -> &'static str {
     }
 }
 
-/// The base as `base` writes it, with the symbol's subscripts.
+/// The base, written by `base`, with the symbol's subscripts.
 fn write_symbol(
     text: &mut String,
     Symbol { letters, subscripts }: &Symbol,
@@ -308,7 +308,7 @@ mod tests {
         );
         assert_eq!(lines.len(), 3);
         for line in lines.into_iter().chain(typeset(MODES)) {
-            // Names of open elements, each with the number of its parts so far.
+            // Names of open elements, each with its number of parts so far.
             let mut open: Vec<(&str, usize)> = Vec::new();
             for tag in line.split('<').skip(1) {
                 let (tag, content) = tag.split_once('>').expect("tags end");

@@ -1,4 +1,4 @@
-//! A model's equations as they are typeset: built once as formulas, written in several languages.
+//! Typesetting of a model's equations: built once as formulas, written in several languages.
 
 pub mod formula;
 pub mod latex;

@@ -1,31 +1,30 @@
 //! The canonical layout of a file: `dgd fmt`.
 //!
-//! Only blanks and empty lines change; tokens, comments and line breaks stay. Items are indented by
-//! two blanks for every brace, lines that continue an item by four more. Declarations of one kind in
-//! consecutive lines are written in columns. `*` and `/` keep the blanks around them or keep none,
-//! for with them the author groups a formula: `rho/A * der(q)`. Comments at the end of lines keep
-//! their column where the text leaves them room; those of lines that form columns have one.
+//! Only blanks and empty lines change; tokens, comments and line breaks stay. Items are indented by two blanks for
+//! every brace, continuation lines by four more. Declarations of one kind in consecutive lines are aligned in columns.
+//! `*` and `/` keep their blanks or their lack of blanks because authors use them to group a formula: `rho/A * der(q)`.
+//! Comments at the end of lines keep their column if the text leaves them room; those of lines that form columns share
+//! one.
 //!
-//! Works on tokens, so that it also lays out what this version cannot compile.
+//! Works on tokens, so that it also formats text that this version cannot compile.
 
 use super::parse::is_keyword;
 use super::parse::lexical::{self, RESERVED, Token, TokenKind};
 use crate::diagnostics::{Diagnostics, Reported};
 use crate::source::{Source, SourceId, Sources};
 
-/// Blanks for every open brace.
+/// Blanks per open brace.
 const INDENT: usize = 2;
-/// Further blanks of a line that continues an item.
+/// Additional blanks of a continuation line.
 const CONTINUED: usize = 4;
-/// Blanks before a comment at the end of a line, at least.
+/// Minimum number of blanks before a comment at the end of a line.
 const COMMENT_GAP: usize = 2;
-/// Deeper braces are not indented further.
+/// Deeper braces are not indented any further.
 const DEEPEST: usize = 64;
-/// Wider cells do not push the columns after them.
+/// Wider cells do not move the columns after them.
 const WIDEST_CELL: usize = 48;
 
-/// A text that was made by editing a source, laid out if the source was: an author's own layout is
-/// left alone.
+/// A text made by editing a source, formatted if the source was: an author's own layout is preserved.
 pub fn like(original: SourceId, sources: &Sources, edited: String) -> String {
     let mut unread = Diagnostics::default();
     let was_laid_out = format(original, sources, &mut unread)
@@ -33,24 +32,24 @@ pub fn like(original: SourceId, sources: &Sources, edited: String) -> String {
     if !was_laid_out {
         return edited;
     }
-    let mut own = Sources::default();
-    let id = own.add(Source { name: String::new(), text: edited.clone() });
-    format(id, &own, &mut unread).unwrap_or(edited)
+    let mut sources_of_text = Sources::default();
+    let id = sources_of_text.add(Source { name: String::new(), text: edited.clone() });
+    format(id, &sources_of_text, &mut unread).unwrap_or(edited)
 }
 
-/// Lays out a source. Fails only where it cannot be cut into tokens.
+/// Formats a source. Fails only if it cannot be split into tokens.
 pub fn format(
     source: SourceId,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<String, Reported> {
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
-    let tokens = lexical::tokens(source, sources, &mut own);
-    for diagnostic in own.sorted() {
+    let tokens = lexical::tokens(source, sources, &mut problems);
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
 
     let mut lines = lines(text, &tokens);
     align(&mut lines);
@@ -65,13 +64,13 @@ struct Line {
     indent: usize,
     /// The code in cells; a line that is not in columns has one.
     cells: Vec<(Column, String)>,
-    /// Which lines it forms columns with.
+    /// The group of lines that it forms columns with.
     group: Option<Group>,
-    /// The code, once it is laid out.
+    /// The code after layout.
     code: String,
     /// Comment at the end, or alone.
     comment: String,
-    /// Where the comment begins, in characters.
+    /// Column of the comment, in characters.
     comment_column: usize,
 }
 
@@ -128,7 +127,7 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
     let mut spacing =
         Spacing { text, before: Before::Start, open: 0, is_loop: false, reduction: None };
     let mut depth = 0_usize;
-    // Whether the line goes on with the item of the line above.
+    // Whether the line continues the item of the line above.
     let mut continued = false;
     let mut line = Line::default();
     let mut code: Vec<SpacedToken> = Vec::new();
@@ -142,7 +141,7 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
                 let closing =
                     code.iter().take_while(|p| p.token.kind == TokenKind::CloseBrace).count();
                 let before = depth.saturating_sub(closing);
-                // A parenthesis that closes an item's lines stands under the item.
+                // A parenthesis that closes an item's lines is aligned with the item.
                 let closes = code.first().is_some_and(|p| p.token.kind == TokenKind::Close);
                 let deeper = if continued && !closes { CONTINUED } else { 0 };
                 line.indent = INDENT * before.min(DEEPEST) + deeper;
@@ -187,12 +186,12 @@ fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
 
 /// The code in cells that begin at these tokens; the first begins at token 0.
 fn cells(text: &str, code: &[SpacedToken], starts: &[(Column, usize)]) -> Vec<(Column, String)> {
-    let mut all: Vec<(Column, String)> = Vec::new();
+    let mut cells: Vec<(Column, String)> = Vec::new();
     for (i, placed) in code.iter().enumerate() {
         let start = starts.iter().find(|(_, start)| *start == i).map(|(column, _)| *column);
-        match (start, all.last_mut()) {
-            (Some(column), _) => all.push((column, placed.token.text(text).to_owned())),
-            (None, None) => all.push((Column::Head, placed.token.text(text).to_owned())),
+        match (start, cells.last_mut()) {
+            (Some(column), _) => cells.push((column, placed.token.text(text).to_owned())),
+            (None, None) => cells.push((Column::Head, placed.token.text(text).to_owned())),
             (None, Some((_, cell))) => {
                 if placed.blank {
                     cell.push(' ');
@@ -201,7 +200,7 @@ fn cells(text: &str, code: &[SpacedToken], starts: &[(Column, usize)]) -> Vec<(C
             }
         }
     }
-    all
+    cells
 }
 
 /// The cells of a line that is an item, and its group.
@@ -223,12 +222,12 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
         return (None, cells(text, code, &[]));
     }
 
-    // Behind the declared name, which may have points in it.
+    // After the declared name, which may contain points.
     let points = (2..).step_by(2).take_while(|&i| kind(i) == Some(TokenKind::Dot)).count();
     let declared = 2 + 2 * points;
     let mut starts = Vec::new();
     let mut open = 0_usize;
-    let mut seen = Column::Head;
+    let mut last_column = Column::Head;
     let separator = if word(0) == "equation" { TokenKind::Colon } else { TokenKind::Equal };
     for (i, placed) in code.iter().enumerate() {
         let column = match placed.token.kind {
@@ -258,15 +257,15 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
             _ => continue,
         };
         let has_gap = code.get(column.1).is_some_and(|placed| placed.blank);
-        if open == 0 && column.0 > seen && has_gap {
-            seen = column.0;
+        if open == 0 && column.0 > last_column && has_gap {
+            last_column = column.0;
             starts.push(column);
         }
     }
     (Some(Group::Item(word(0).to_owned())), cells(text, code, &starts))
 }
 
-/// Writes the code of every line, in columns where lines of one group follow each other.
+/// Writes the code of every line, in columns for consecutive lines of one group.
 fn align(lines: &mut [Line]) {
     let mut rest = lines;
     while let Some(first) = rest.first() {
@@ -283,7 +282,7 @@ fn align(lines: &mut [Line]) {
 
 fn write_columns(run: &mut [Line]) {
     let length = |cell: &str| cell.chars().count();
-    // Where every column begins, and the blanks before it.
+    // Start of every column, and the blanks before it.
     let mut starts = [(0, 0); COLUMNS.len()];
     let mut end = 0;
     let mut has_value = false;
@@ -307,8 +306,8 @@ fn write_columns(run: &mut [Line]) {
         let mut code = String::new();
         for (column, cell) in &line.cells {
             let (start, gap) = starts[*column as usize];
-            let at = length(&code);
-            let blanks = start.saturating_sub(at).max(gap);
+            let column = length(&code);
+            let blanks = start.saturating_sub(column).max(gap);
             code.extend(std::iter::repeat_n(' ', blanks));
             code.push_str(cell);
         }
@@ -316,8 +315,8 @@ fn write_columns(run: &mut [Line]) {
     }
 }
 
-/// Gives comments at the end of consecutive lines one column, where they began in one or the lines
-/// form columns: the first of theirs that leaves the text room.
+/// Aligns the comments at the end of consecutive lines if they were aligned or the lines form columns, at the leftmost
+/// of their columns that leaves the text room.
 fn place_comments(lines: &mut [Line]) {
     let is_trailing = |line: &Line| !line.code.is_empty() && !line.comment.is_empty();
     let mut rest = lines;
@@ -342,7 +341,7 @@ fn place_comments(lines: &mut [Line]) {
     }
 }
 
-/// The text of the lines, without empty ones at the start, at the end, and after one another.
+/// The text of the lines, without empty lines at the start and at the end, and without consecutive ones.
 fn joined(lines: &[Line]) -> String {
     let mut out = String::new();
     let mut is_pending = false;
@@ -357,9 +356,9 @@ fn joined(lines: &[Line]) -> String {
         out.extend(std::iter::repeat_n(' ', line.indent));
         out.push_str(&line.code);
         if !line.comment.is_empty() {
-            let at = line.indent + line.code.chars().count();
+            let column = line.indent + line.code.chars().count();
             let blanks =
-                if line.code.is_empty() { 0 } else { line.comment_column.saturating_sub(at) };
+                if line.code.is_empty() { 0 } else { line.comment_column.saturating_sub(column) };
             out.extend(std::iter::repeat_n(' ', blanks));
             out.push_str(&line.comment);
         }
@@ -368,16 +367,16 @@ fn joined(lines: &[Line]) -> String {
     out
 }
 
-/// What stands before a token, as far as spacing is concerned.
+/// The token before another, as far as spacing is concerned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Before {
-    /// Nothing: the token begins an item.
+    /// None: the token begins an item.
     Start,
-    /// Something that can be the left side of an operator.
+    /// A possible left operand.
     Operand,
     /// A keyword.
     Word,
-    /// A `-` that belongs to what follows.
+    /// A `-` that belongs to the next token.
     Sign,
     /// `*`, `/`, or the `..` of a loop: with or without blanks.
     Tight { spaced: bool },
@@ -385,7 +384,7 @@ enum Before {
     Other(TokenKind),
 }
 
-/// Decides about the blank before every token, token by token.
+/// Decides on the blank before every token, one by one.
 struct Spacing<'a> {
     text: &'a str,
     before: Before,
@@ -393,18 +392,18 @@ struct Spacing<'a> {
     open: usize,
     /// Whether the item is a `for`.
     is_loop: bool,
-    /// How many parentheses are open where `for` stands in a sum.
+    /// Number of open parentheses at the `for` of a sum.
     reduction: Option<usize>,
 }
 
 impl Spacing<'_> {
-    /// What follows begins an item.
+    /// Prepares for a new item.
     fn restart(&mut self) {
         (self.before, self.open, self.is_loop) = (Before::Start, 0, false);
         self.reduction = None;
     }
 
-    /// Whether a blank stands before the token, unless it begins a line; and what it is to the next.
+    /// Whether a blank precedes the token, unless it begins a line; and its class for the next token.
     fn place(&mut self, token: Token) -> (bool, Before) {
         if self.before == Before::Start {
             self.is_loop = token.text(self.text) == "for";
@@ -423,14 +422,14 @@ impl Spacing<'_> {
         (blank, self.before)
     }
 
-    /// Whether what stands here is the range of an index.
+    /// Whether the current tokens are the range of an index.
     fn in_range(&self) -> bool {
         self.is_loop || self.reduction.is_some()
     }
 
     fn blank(&self, token: Token) -> bool {
         match (self.before, token.kind) {
-            // A sign stands tight only where the two cannot be read as one token.
+            // A sign is tight only if the two cannot be read as one token.
             (Before::Sign, kind) => !matches!(
                 kind,
                 TokenKind::Name | TokenKind::Number | TokenKind::Open | TokenKind::Minus
@@ -472,8 +471,8 @@ impl Spacing<'_> {
             || behind.starts_with("///")
     }
 
-    /// Whether a word that begins a line is a keyword or a name of its own, and not the first operand of the
-    /// value of a function.
+    /// Whether a word that begins a line is a keyword or a new name, and not the first operand of the value of a
+    /// function.
     fn begins_item(&self, token: Token) -> bool {
         let behind = self.text[token.end as usize..].trim_start_matches(' ');
         let is_operand = behind.starts_with(['(', '+', '*', '/', '^'])

@@ -1,4 +1,4 @@
-//! Layouts of texts, and texts that stay as they are.
+//! Texts before and after layout, and texts that are not changed.
 
 use super::super::tests::{CIRCULATION, mutated};
 use super::*;
@@ -82,7 +82,7 @@ variant flow {
 
 #[test]
 fn comments_of_a_block_have_one_column() {
-    // However they stood, as far left as one of them did and all fit.
+    // From any columns, comments move to the leftmost one at which all fit.
     let block = |columns: [usize; 3]| {
         let lines = ["constant a  = 1", "constant bb = 22", "constant c  = 3"];
         let lines = lines.iter().zip(columns).map(|(line, column)| format!("{line:column$}# x\n"));
@@ -91,7 +91,7 @@ fn comments_of_a_block_have_one_column() {
     for (columns, column) in [([18, 18, 18], 18), ([20, 30, 25], 20), ([25, 17, 17], 18)] {
         assert_eq!(laid_out(&block(columns)), Ok(block([column; 3])));
     }
-    // Lines of another kind have theirs, and so have those after a line without.
+    // Lines of another kind have their own column, and so have lines after one without a comment.
     let text = "constant a = 1    # one\nlet b = a    # two\n";
     assert_eq!(laid_out(text).as_deref(), Ok(text));
     let text = "constant a = 1    # one\nconstant b = 2\nconstant c = 3      # three\n";

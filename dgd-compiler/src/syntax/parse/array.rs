@@ -1,7 +1,6 @@
 //! Arrays: ranges and indices between brackets, and `for NAME in a..b { … }`.
 //!
-//! The lexer makes one token of what stands between brackets after a name. It is cut into tokens
-//! of its own here.
+//! The lexer makes one token of brackets after a name. Here it is split into its own tokens.
 
 use nom::Parser;
 use nom::combinator::cut;
@@ -19,8 +18,8 @@ use crate::syntax::ast::{
     Unit,
 };
 
-/// Items that a loop can hold, besides bindings of parts' inputs, by their first words, and where the
-/// name is that the loop's indices stand behind; none where elements are named within it.
+/// Items of loops other than bindings of parts' inputs, by their first words, with the position of the name that the
+/// loop's indices follow; `None` if elements are named inside the item.
 const IN_LOOPS: [(&str, Option<usize>); 6] = [
     ("equation", Some(1)),
     ("let", Some(1)),
@@ -30,8 +29,7 @@ const IN_LOOPS: [(&str, Option<usize>); 6] = [
     ("every", None),
 ];
 
-/// The element of an array, `p[i - 1]` or `T[i][j]`: its name has been read, the brackets are the
-/// next tokens.
+/// The element of an array, `p[i - 1]` or `T[i][j]`, after its name: the brackets are the next tokens.
 pub(crate) fn element<'a>(
     input: Tokens<'a>,
     brackets: Tokens<'a>,
@@ -72,7 +70,7 @@ pub(super) fn axes(input: Tokens<'_>) -> Parsed<'_, Vec<Axis>> {
     all_brackets(input, declared_axis)
 }
 
-/// Reads brackets as long as there are some.
+/// Reads all consecutive brackets.
 fn all_brackets<'a, T>(
     input: Tokens<'a>,
     read: impl Fn(Tokens<'a>) -> Parsed<'a, T>,
@@ -102,7 +100,7 @@ pub(super) fn declared<'a>(
         axes.push(axis);
     }
     let (rest, unit) = if rest.first() == Some(TokenKind::Index) {
-        // A unit that stands directly behind a range.
+        // A unit directly after a range.
         let text = rest.first_text();
         let unit = Unit::new(rest.span(), text[1..text.len() - 1].trim());
         (rest.behind_first(), Some(unit))
@@ -132,7 +130,7 @@ pub(super) fn declared<'a>(
     Ok((rest, ItemKind::Array { declared, name, axes, unit, start, attributes }))
 }
 
-/// Refuses a range behind a name where no array can be declared; what else stands there may be a unit.
+/// Refuses a range after a name that cannot be an array; other brackets may be a unit.
 pub(super) fn no_range<'a>(input: Tokens<'a>, message: &str, help: &'static str) -> Parsed<'a, ()> {
     if input.first() != Some(TokenKind::Index) || !input.first_text().contains("..") {
         return Ok((input, ()));
@@ -140,7 +138,7 @@ pub(super) fn no_range<'a>(input: Tokens<'a>, message: &str, help: &'static str)
     input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(help))
 }
 
-/// The value of an array: an expression, or one for each element between parentheses.
+/// The value of an array: an expression, or a parenthesised list with one for each element.
 pub(super) fn value(input: Tokens<'_>) -> Parsed<'_, Expr> {
     if input.first() != Some(TokenKind::Open) || !input.is_list() {
         return expression(input);
@@ -160,7 +158,7 @@ pub(super) fn value(input: Tokens<'_>) -> Parsed<'_, Expr> {
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::List(values) }))
 }
 
-/// `sum(… for i in 1..N)`: its word and its body have been read, `for` is the next token.
+/// `sum(… for i in 1..N)` after its keyword and its body: `for` is the next token.
 pub(crate) fn reduction<'a>(
     word: &Name,
     open: Tokens<'a>,
@@ -220,7 +218,7 @@ fn range(input: Tokens<'_>) -> Parsed<'_, Range> {
     Ok((rest, Range { span: input.span_to(&rest), lower, upper }))
 }
 
-/// Reads what stands between the brackets of the first token.
+/// Reads the content of the brackets of the first token.
 fn between_brackets<'a, T>(
     input: Tokens<'a>,
     read: impl for<'b> FnOnce(Tokens<'b>) -> Parsed<'b, T>,
@@ -236,7 +234,7 @@ fn between_brackets<'a, T>(
     }
 }
 
-/// What to tell the user where a parser stopped.
+/// The diagnostic for a parser's failure.
 fn explained(stop: nom::Err<Box<Stop<'_>>>) -> Diagnostic {
     match stop {
         nom::Err::Error(stop) | nom::Err::Failure(stop) => stop.into_diagnostic(),
@@ -284,8 +282,8 @@ impl<'a> Reader<'a, '_> {
         Some(ItemKind::For { counters, items })
     }
 
-    /// `equation NAME[i]: …`, `let NAME[i] = …` or `PART.INPUT[i] = …`: the item without its indices,
-    /// which are the loop's. `saturate`, `when` and `every` name elements as they like.
+    /// `equation NAME[i]: …`, `let NAME[i] = …` or `PART.INPUT[i] = …`: the item without its indices, which are the
+    /// loop's. `saturate`, `when` and `every` can name any elements.
     fn item_of_loop(
         &mut self,
         line: &'a [Token],
@@ -314,14 +312,14 @@ impl<'a> Reader<'a, '_> {
             (None, "when") => self.when(line, &mut docs).map(ItemKind::When),
             (None, "every") => self.every(line, &mut docs),
             _ => {
-                let own = match named_at {
+                let message = match named_at {
                     Some(named_at) => self.indices_of_loop(line, named_at, counters)?,
                     None => 0..0,
                 };
                 let without_index: Vec<Token> = line
                     .iter()
                     .enumerate()
-                    .filter(|(i, _)| !own.contains(i))
+                    .filter(|(i, _)| !message.contains(i))
                     .map(|(_, token)| *token)
                     .collect();
                 docs.extend(line.iter().filter(|token| token.kind == TokenKind::Doc));
@@ -331,7 +329,7 @@ impl<'a> Reader<'a, '_> {
         Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
     }
 
-    /// Why no item of a loop begins here.
+    /// The reason why no item of a loop begins here.
     fn no_item_of_loop(&self, line: &'a [Token], counters: &[Counter]) -> Option<Diagnostic> {
         let (first, index) = (line.first()?, &counters.first()?.index);
         let (keyword, input) = (first.text(self.text), self.input(line));
@@ -360,8 +358,7 @@ impl<'a> Reader<'a, '_> {
         Some(diagnostic.label(index.span, "the loop's index").help(help))
     }
 
-    /// Where the loop's indices stand in an item, behind the name at `named_at`; that they do not is
-    /// reported.
+    /// Finds the loop's indices in an item, after the name at `named_at`; reports missing ones.
     fn indices_of_loop(
         &mut self,
         line: &'a [Token],
@@ -373,28 +370,28 @@ impl<'a> Reader<'a, '_> {
         let brackets_at = (named_at + 1 + 2 * dots).min(line.len());
         let brackets = line[brackets_at..].iter().take_while(|t| t.kind == TokenKind::Index);
         let inside = |token: &Token| {
-            let own = token.text(self.text).strip_prefix('[')?.strip_suffix(']')?;
-            Some(own.trim().to_owned())
+            let inner = token.text(self.text).strip_prefix('[')?.strip_suffix(']')?;
+            Some(inner.trim().to_owned())
         };
-        let own: Vec<Option<String>> = brackets.map(inside).collect();
+        let written: Vec<Option<String>> = brackets.map(inside).collect();
         let wanted = counters.iter().map(|counter| Some(counter.index.text.clone()));
-        if own.into_iter().eq(wanted) {
+        if written.into_iter().eq(wanted) {
             return Some(brackets_at..brackets_at + counters.len());
         }
-        let at = line.get(brackets_at).or(line.get(1)).or(line.first())?;
+        let token = line.get(brackets_at).or(line.get(1)).or(line.first())?;
         let names: Vec<&str> = counters.iter().map(|c| c.index.text.as_str()).collect();
-        let all = format!("[{}]", names.join("]["));
+        let indices = format!("[{}]", names.join("]["));
         let message =
-            format!("what stands in a loop over `{}` ends in `{all}`", names.join("`, `"));
+            format!("what stands in a loop over `{}` ends in `{indices}`", names.join("`, `"));
         let words = line[..named_at.min(line.len())].iter();
         let words: Vec<&str> = words.map(|word| word.text(self.text)).collect();
         let help = if words.is_empty() {
-            format!("write `PART.INPUT{all} = …`")
+            format!("write `PART.INPUT{indices} = …`")
         } else {
-            format!("write `{} NAME{all}`", words.join(" "))
+            format!("write `{} NAME{indices}`", words.join(" "))
         };
         self.error(
-            Diagnostic::new(Code::E131, self.span(*at), message)
+            Diagnostic::new(Code::E131, self.span(*token), message)
                 .label(counters.first()?.index.span, "the loop's index")
                 .help(help),
         );

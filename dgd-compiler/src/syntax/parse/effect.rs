@@ -1,4 +1,4 @@
-//! What only effect files have: their first line, and the clauses that say what they change.
+//! Syntax specific to effect files: their first line, and the clauses with their changes.
 //!
 //! ```text
 //! header  = "effect" name ("on" name | "(" slot ("," slot)* ")")
@@ -61,13 +61,14 @@ fn one_of<'a, T: Copy>(words: &[(&'static str, T)], input: Tokens<'a>) -> Parsed
     if let Some((_, meaning)) = words.iter().find(|(word, _)| input.starts_with_word(word)) {
         return Ok((input.behind_first(), *meaning));
     }
-    let all: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
-    let found = match input.first() {
+    let spellings: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+    let word = match input.first() {
         None => "the end of the item".to_owned(),
         Some(_) => format!("`{}`", input.first_text()),
     };
-    let message = format!("expected one of {}, found {found}", all.join(", "));
-    let near = suggestion(input.first_text(), all).map(|near| format!("did you mean `{near}`?"));
+    let message = format!("expected one of {}, found {word}", spellings.join(", "));
+    let near =
+        suggestion(input.first_text(), spellings).map(|near| format!("did you mean `{near}`?"));
     input.wrong(Diagnostic::new(Code::E105, input.span(), message).maybe_help(near))
 }
 
@@ -92,12 +93,12 @@ fn null(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
 }
 
 fn replace(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
-    let by = word("by", "`by` and what stands in its place");
+    let by_word = word("by", "`by` and what stands in its place");
     let behind = input.behind_first();
     let is_clause = behind.starts_with_word("by") || behind.starts_with_word("in");
     if input.starts_with_word("output") && behind.first() == Some(TokenKind::Name) && !is_clause {
-        let (rest, (output, _, by)) = (dotted, by, expression).parse(behind)?;
-        return Ok((rest, ClauseKind::ReplaceOutput { output, by }));
+        let (rest, (output, _, by_word)) = (dotted, by_word, expression).parse(behind)?;
+        return Ok((rest, ClauseKind::ReplaceOutput { output, by: by_word }));
     }
     let (mut rest, replaced) = dotted(input)?;
     let mut arguments = Vec::new();
@@ -114,17 +115,17 @@ fn replace(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
         equation = Some(label);
     }
     let expected = if equation.is_some() { "`by`" } else { "`in EQUATION` or `by`" };
-    let (rest, (_, by)) = (word("by", expected), expression).parse(rest)?;
-    Ok((rest, ClauseKind::Replace { name: replaced, arguments, equation, by }))
+    let (rest, (_, by_word)) = (word("by", expected), expression).parse(rest)?;
+    Ok((rest, ClauseKind::Replace { name: replaced, arguments, equation, by: by_word }))
 }
 
 fn add(input: Tokens<'_>) -> Parsed<'_, ClauseKind> {
-    let to = word("to", "`to` and the equation's label, or an operator");
-    let (rest, (value, _, equation)) = (expression, to, dotted).parse(input)?;
+    let to_word = word("to", "`to` and the equation's label, or an operator");
+    let (rest, (value, _, equation)) = (expression, to_word, dotted).parse(input)?;
     Ok((rest, ClauseKind::Add { value, equation }))
 }
 
-/// What was read, if nothing is left.
+/// The value, if no tokens are left.
 fn whole<T>(rest: Tokens<'_>, read: T) -> Parsed<'_, T> {
     if rest.is_empty() { Ok((rest, read)) } else { rest.expected(OPERATOR) }
 }

@@ -15,9 +15,8 @@
 //!             | "if" expression "then" expression "else" expression
 //! ```
 //!
-//! Operators are kept on a stack of our own until their right operand is complete. Only brackets,
-//! calls and `if`s call the parser again, so that nesting needs little of the machine's stack. The
-//! parser looks one token ahead, and nothing is read twice.
+//! Operators are kept on an explicit stack until their right operand is complete. Only brackets, calls and `if`s
+//! recurse, so nesting needs little of the call stack. The parser looks one token ahead, and reads nothing twice.
 
 use super::array;
 use super::lexical::{RESERVED, TokenKind};
@@ -26,10 +25,10 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{Comparison, Expr, ExprKind, Factor, Name, Sign, Unit};
 
-/// What an operand looks like to a user.
+/// Description of an operand in messages.
 const OPERAND: &str = "an expression";
 
-/// How tightly operators bind, loosest first.
+/// Precedence of operators, loosest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {
     Or,
@@ -66,7 +65,7 @@ impl Operator {
     }
 }
 
-/// The binary operator that stands first.
+/// The binary operator at the front.
 fn operator(input: Tokens<'_>) -> Option<Operator> {
     match input.first()? {
         TokenKind::Less => Some(Operator::Compare(Comparison::Less)),
@@ -87,7 +86,7 @@ fn operator(input: Tokens<'_>) -> Option<Operator> {
     }
 }
 
-/// A node that waits for its last operand.
+/// A node that lacks its last operand.
 enum Pending {
     Or(Vec<Expr>),
     And(Vec<Expr>),
@@ -136,8 +135,8 @@ impl Pending {
         }
     }
 
-    /// Takes an operand that is not the last, for an operator of the node's own level follows.
-    /// Gives it back where the node has no room for it.
+    /// Adds an operand that is followed by an operator of the node's own level. Returns it as an error if the node has
+    /// no room for it.
     fn push(&mut self, operand: Expr, operator: Operator) -> Result<(), Expr> {
         match (self, operator) {
             (Pending::Or(all), Operator::Or) | (Pending::And(all), Operator::And) => {
@@ -187,17 +186,17 @@ impl Pending {
     }
 }
 
-/// An expression, as far as it reaches.
+/// The longest expression from here.
 pub(crate) fn expression(input: Tokens<'_>) -> Parsed<'_, Expr> {
     expression_from(Level::Or, input)
 }
 
-/// A sum, as far as it reaches: no comparison, and nothing that joins such.
+/// The longest sum from here, without comparisons and conjunctions.
 pub(crate) fn sum(input: Tokens<'_>) -> Parsed<'_, Expr> {
     expression_from(Level::Sum, input)
 }
 
-/// An expression of operators that bind at least so tightly.
+/// An expression of operators with at least this precedence.
 fn expression_from(least: Level, input: Tokens<'_>) -> Parsed<'_, Expr> {
     let mut stack: Vec<Pending> = Vec::new();
     let mut rest = input;
@@ -214,7 +213,7 @@ fn expression_from(least: Level, input: Tokens<'_>) -> Parsed<'_, Expr> {
     }
 }
 
-/// Reads what stands before an operand: `-`, and `not` where a condition can stand.
+/// Reads the prefixes of an operand: `-`, and `not` where a condition is allowed.
 fn signs<'a>(stack: &mut Vec<Pending>, mut rest: Tokens<'a>) -> Parsed<'a, ()> {
     loop {
         let is_condition = stack.last().is_none_or(|last| last.level() <= Level::Not);
@@ -246,7 +245,7 @@ fn complete<'a>(
     (rest, operand)
 }
 
-/// Takes an operator with its left operand: into the list that it goes on with, or as a new node.
+/// Adds an operator with its left operand: to the list that it continues, or as a new node.
 fn pend<'a>(
     stack: &mut Vec<Pending>,
     left: Expr,
@@ -309,7 +308,7 @@ fn number(input: Tokens<'_>) -> Parsed<'_, Expr> {
     Ok((rest, Expr { span: input.span_to(&rest), kind }))
 }
 
-/// `[…]`, if there is one. It is a parser, and as such could fail.
+/// `[…]`, if present. Returns a `Parsed` because it is a parser.
 #[expect(clippy::unnecessary_wraps, reason = "combinators take parsers of one type")]
 pub(crate) fn optional_unit(input: Tokens<'_>) -> Parsed<'_, Option<Unit>> {
     if input.first() != Some(TokenKind::Unit) {
@@ -326,7 +325,7 @@ fn group(input: Tokens<'_>) -> Parsed<'_, Expr> {
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::Group(inner) }))
 }
 
-/// An expression in a box: what passes it on needs less stack.
+/// A boxed expression, which needs less stack to pass on.
 fn boxed(input: Tokens<'_>) -> Parsed<'_, Box<Expr>> {
     let (rest, expr) = expression(input)?;
     Ok((rest, Box::new(expr)))
@@ -358,15 +357,15 @@ fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> Parsed<'a, E
 }
 
 fn arguments(mut input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
-    let mut all = Vec::new();
+    let mut arguments = Vec::new();
     if input.first() == Some(TokenKind::Close) {
-        return Ok((input, all));
+        return Ok((input, arguments));
     }
     loop {
         let (rest, argument) = boxed(input)?;
-        all.push(*argument);
+        arguments.push(*argument);
         if rest.first() != Some(TokenKind::Comma) {
-            return Ok((rest, all));
+            return Ok((rest, arguments));
         }
         input = rest.behind_first();
     }
@@ -386,7 +385,7 @@ fn conditional(input: Tokens<'_>) -> Parsed<'_, Expr> {
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::If(condition, yes, no) }))
 }
 
-/// A keyword and the expression after it.
+/// A keyword and the expression that follows.
 fn branch<'a>(
     input: Tokens<'a>,
     keyword: &'static str,

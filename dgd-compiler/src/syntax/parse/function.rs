@@ -9,7 +9,7 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::ItemKind;
 
 impl<'a> Reader<'a, '_> {
-    /// A function with a block. What is documented within it belongs to the function.
+    /// A function with a block. Doc comments in the block belong to the function.
     pub(super) fn function(
         &mut self,
         statement: &'a [Token],

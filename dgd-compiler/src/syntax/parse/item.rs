@@ -1,4 +1,4 @@
-//! Items: declarations, equations, imports. What holds other items is read in [`super`].
+//! Items: declarations, equations, imports. Items that contain others are read in [`super`].
 
 use nom::Parser;
 use nom::combinator::{cut, map, opt};
@@ -22,7 +22,7 @@ use crate::units::parse_unit;
 /// Reads an item after its keyword.
 type Rule = for<'a> fn(Tokens<'a>) -> Parsed<'a, ItemKind>;
 
-/// Keywords of items that hold no others, with their rules.
+/// Keywords of items that contain no others, with their rules.
 const SIMPLE: &[(&str, Rule)] = &[
     ("import", import),
     ("constant", constant),
@@ -74,7 +74,7 @@ pub(crate) fn item(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     input.wrong(no_item(input))
 }
 
-/// Why no item begins here.
+/// The reason why no item begins here.
 fn no_item(input: Tokens<'_>) -> Diagnostic {
     let text = input.first_text();
     let wrong = |message| Diagnostic::new(Code::E116, input.span(), message);
@@ -94,8 +94,8 @@ fn no_item(input: Tokens<'_>) -> Diagnostic {
                 (None, Some(TokenKind::Equal)) => diagnostic
                     .help(format!("write `let {text} = …` or `equation LABEL: {text} = …`")),
                 (None, _) => {
-                    let all: Vec<&str> = keywords().collect();
-                    diagnostic.help(format!("items begin with one of: {}", all.join(", ")))
+                    let words: Vec<&str> = keywords().collect();
+                    diagnostic.help(format!("items begin with one of: {}", words.join(", ")))
                 }
             }
         }
@@ -130,7 +130,7 @@ fn declared(input: Tokens<'_>) -> Parsed<'_, (Name, Option<Unit>)> {
     (dotted, optional_unit).parse(input)
 }
 
-/// `= …`, which has to be there.
+/// `= …`, which is required.
 fn value(what: &'static str) -> impl Fn(Tokens<'_>) -> Parsed<'_, Expr> {
     move |input| match input.first() {
         Some(TokenKind::Equal) => one_value(input.behind_first()),
@@ -146,7 +146,7 @@ fn optional_value(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
     opt(preceded(token(TokenKind::Equal, "`=`"), cut(one_value))).parse(input)
 }
 
-/// The value of anything but an array.
+/// The value of a single item, not an array.
 fn one_value(input: Tokens<'_>) -> Parsed<'_, Expr> {
     if input.first() != Some(TokenKind::Open) || !input.is_list() {
         return expression(input);
@@ -159,7 +159,7 @@ fn one_value(input: Tokens<'_>) -> Parsed<'_, Expr> {
     )
 }
 
-/// An array, if one is declared: what stands behind its keyword.
+/// An array, if one is declared, after its keyword.
 fn array_of<'a>(
     declared: ArrayKind,
     allowed: &[&str],
@@ -201,7 +201,7 @@ fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Input { name, unit, attributes }))
 }
 
-/// An input has its values from the data.
+/// Refuses a value for an input, whose values come from the data.
 pub(super) fn no_value_of_input(rest: Tokens<'_>) -> Parsed<'_, ()> {
     if rest.first() == Some(TokenKind::Equal) {
         let message = "an input has no value in the model";
@@ -266,7 +266,7 @@ fn function(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Function { name, arguments, lets: Vec::new(), body }))
 }
 
-/// `function NAME(arguments) =`, which a block follows.
+/// `function NAME(arguments) =`, followed by a block.
 pub(crate) fn head_of_function(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> {
     let (rest, head) = signature(input.behind_first())?;
     let rest = token(TokenKind::Equal, "`=` before the block of a function")(rest)?.0;
@@ -318,7 +318,7 @@ fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Output { name, unit, value, attributes }))
 }
 
-/// `name = value`, and nothing after it.
+/// `name = value` up to the end.
 pub(crate) fn setting(input: Tokens<'_>) -> Parsed<'_, (Name, Expr)> {
     let equal = token(TokenKind::Equal, "`=` behind the name");
     let (mut rest, mut name) = dotted(input)?;
@@ -411,7 +411,7 @@ pub(super) fn attributes<'a>(
     what: &str,
     mut input: Tokens<'a>,
 ) -> Parsed<'a, Vec<Attribute>> {
-    let mut all: Vec<(&str, Attribute)> = Vec::new();
+    let mut attributes: Vec<(&str, Attribute)> = Vec::new();
     if input.first() == Some(TokenKind::Comma) {
         let behind = input.behind_first();
         if ATTRIBUTES.iter().any(|(word, _)| behind.starts_with_word(word)) {
@@ -435,7 +435,7 @@ pub(super) fn attributes<'a>(
         let same = |earlier: &&(&str, Attribute)| {
             earlier.0 == word || is_sampling(earlier.0) && is_sampling(word)
         };
-        if let Some((earlier, first)) = all.iter().find(same) {
+        if let Some((earlier, first)) = attributes.iter().find(same) {
             let message = if *earlier == word {
                 format!("`{word}` is given twice")
             } else {
@@ -446,12 +446,15 @@ pub(super) fn attributes<'a>(
                     .label(first.span, "given here already"),
             );
         }
-        all.push((word, attribute));
+        attributes.push((word, attribute));
         match rest.first() {
             Some(TokenKind::Comma) => input = rest.behind_first(),
             Some(TokenKind::Name) => return rest.expected("`,` between attributes"),
             Some(_) | None => {
-                return Ok((rest, all.into_iter().map(|(_, attribute)| attribute).collect()));
+                return Ok((
+                    rest,
+                    attributes.into_iter().map(|(_, attribute)| attribute).collect(),
+                ));
             }
         }
     }
@@ -486,7 +489,7 @@ fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> Parsed<'a, 
     Ok((rest, Attribute { span: input.span_to(&rest), kind }))
 }
 
-/// `a .. b`, either end open.
+/// `a .. b`, each end optional.
 fn bounds(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
     if let Some(pair) = in_brackets(input) {
         return input.wrong(
@@ -512,14 +515,14 @@ fn bounds(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
     Ok((rest, AttributeKind::Bounds(lower, upper)))
 }
 
-/// `0.1 .. 0.9` of `[0.1, 0.9]`.
+/// `0.1 .. 0.9` for `[0.1, 0.9]`.
 fn in_brackets(input: Tokens<'_>) -> Option<String> {
     let inside = input.first_text().strip_prefix('[')?.strip_suffix(']')?;
     let (lower, upper) = inside.split_once(',')?;
     Some(format!("{} .. {}", lower.trim(), upper.trim()))
 }
 
-/// A bound, where it is not left open.
+/// A bound, if present.
 fn bound(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
     match input.first() {
         Some(TokenKind::Range | TokenKind::Comma) | None => Ok((input, None)),
@@ -527,7 +530,7 @@ fn bound(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
     }
 }
 
-/// `normal(mean, standard deviation)`, or another law of two numbers.
+/// `normal(mean, standard deviation)`, or another distribution with two numbers.
 fn prior(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
     let named = |law: &PriorLaw| word(law.word(), "")(input).ok().map(|(rest, _)| (*law, rest));
     let Some((law, rest)) = PriorLaw::ALL.iter().find_map(named) else {

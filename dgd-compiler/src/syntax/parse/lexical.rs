@@ -1,7 +1,7 @@
-//! From text to tokens, and where an item ends.
+//! Splits text into tokens, and finds the ends of items.
 //!
-//! Blanks separate tokens; everything else in the text is in some token, comments and line ends
-//! included, so that the formatter works on the same tokens as the parser.
+//! Blanks separate tokens; every other character belongs to a token, including comments and line ends, so that the
+//! formatter works on the same tokens as the parser.
 
 use nom::branch::alt;
 use nom::bytes::complete::{tag, take_while, take_while1};
@@ -15,7 +15,7 @@ use super::item;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::source::{SourceId, Sources, Span};
 
-/// What a token is.
+/// The kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TokenKind {
     /// `3.5e3`
@@ -26,7 +26,7 @@ pub enum TokenKind {
     Text,
     /// `[…]` after a blank or a number
     Unit,
-    /// `[…]` directly after a name, or after another such
+    /// `[…]` directly after a name, or after another index
     Index,
     /// `+`
     Plus,
@@ -60,7 +60,7 @@ pub enum TokenKind {
     Comma,
     /// `:`
     Colon,
-    /// `'` directly after a name, which is a derivative elsewhere
+    /// `'` directly after a name, the notation for derivatives in other languages
     Prime,
     /// `..`
     Range,
@@ -74,14 +74,14 @@ pub enum TokenKind {
     Comment,
     /// The end of a line
     Newline,
-    /// Something that has been reported.
+    /// Invalid text that has been reported.
     Invalid,
 }
 
 /// A token and its place in the source's text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Token {
-    /// What it is.
+    /// Its kind.
     pub kind: TokenKind,
     /// First byte.
     pub start: u32,
@@ -90,7 +90,7 @@ pub struct Token {
 }
 
 impl Token {
-    /// The token as it stands in the text.
+    /// The token's text.
     pub fn text(self, source: &str) -> &str {
         &source[self.start as usize..self.end as usize]
     }
@@ -104,7 +104,7 @@ impl Token {
 /// Words of expressions, which cannot be names.
 pub(crate) const RESERVED: &[&str] = &["and", "or", "not", "if", "then", "else"];
 
-/// Cuts a source into tokens. What cannot be read becomes [`TokenKind::Invalid`] and is reported.
+/// Splits a source into tokens. Unreadable text becomes [`TokenKind::Invalid`] and is reported.
 pub fn tokens(source: SourceId, sources: &Sources, diagnostics: &mut Diagnostics) -> Vec<Token> {
     let text = sources.get(source).text.as_str();
     if i32::try_from(text.len()).is_err() {
@@ -117,7 +117,7 @@ pub fn tokens(source: SourceId, sources: &Sources, diagnostics: &mut Diagnostics
     })
 }
 
-/// Cuts what stands between the brackets of an index into tokens.
+/// Splits the content of an index's brackets into tokens.
 pub(crate) fn tokens_within(brackets: Span, text: &str) -> (Vec<Token>, Vec<Diagnostic>) {
     let mut mistakes = Vec::new();
     let inside = text.get(1..text.len().saturating_sub(1)).unwrap_or_default();
@@ -126,11 +126,11 @@ pub(crate) fn tokens_within(brackets: Span, text: &str) -> (Vec<Token>, Vec<Diag
     (tokens, mistakes)
 }
 
-/// What to say of `x''`.
+/// Help for `x''`.
 const SECOND_DERIVATIVE: &str = "a second derivative is the first one of a state which equals the first, as in \
      `equation v: der(x) = v`";
 
-/// Cuts a text that ends at `end` of its source.
+/// Splits a text that ends at `end` of its source.
 fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnostic)) -> Vec<Token> {
     let mut tokens: Vec<Token> = Vec::new();
     let mut rest = text;
@@ -166,7 +166,7 @@ fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnost
 
 type Lexed<'a, T = TokenKind> = IResult<&'a str, T, (&'a str, ErrorKind)>;
 
-/// A token that is as it should be, unit brackets aside.
+/// A valid token, apart from unit brackets.
 fn sound(input: &str) -> Lexed<'_> {
     alt((
         value(TokenKind::Name, name),
@@ -183,10 +183,10 @@ fn name(input: &str) -> Lexed<'_, &str> {
     recognize((satisfy(is_letter), take_while(is_name_character))).parse(input)
 }
 
-/// Letters of which names may consist.
+/// Letters allowed in names.
 ///
-/// These are unchanged by Unicode normalisation and may also stand in Rust identifiers, so that a
-/// name is the same identifier in generated code.
+/// They are unchanged by Unicode normalisation and allowed in Rust identifiers, so that a name is the same identifier
+/// in generated code.
 fn is_letter(c: char) -> bool {
     c.is_ascii_alphabetic()
         || c.is_alphabetic()
@@ -205,7 +205,7 @@ fn is_name_character(c: char) -> bool {
     c == '_' || c.is_ascii_digit() || is_letter(c)
 }
 
-/// Digits, perhaps a point with digits, perhaps an exponent; not directly followed by a word.
+/// Digits, an optional point with digits, an optional exponent; not directly followed by a word.
 fn number(input: &str) -> Lexed<'_, &str> {
     verify(
         verify_rest(digits, |rest| {
@@ -223,7 +223,7 @@ fn digits(input: &str) -> Lexed<'_, &str> {
     recognize((digit1, opt(fraction), opt(exponent))).parse(input)
 }
 
-/// Succeeds where what a parser leaves over satisfies a condition.
+/// Succeeds if the remainder after a parser satisfies a condition.
 fn verify_rest<'a, T>(
     mut parser: impl Parser<&'a str, Output = T, Error = (&'a str, ErrorKind)>,
     condition: impl Fn(&str) -> bool,
@@ -313,7 +313,7 @@ fn brackets<'a>(
     }
 }
 
-/// Why a piece of text is not a token.
+/// The reason why a piece of text is not a token.
 #[derive(Debug)]
 struct Mistake {
     code: Code,
@@ -321,7 +321,7 @@ struct Mistake {
     help: Option<&'static str>,
 }
 
-/// Takes a piece, not empty, that is not a token, and says why.
+/// Takes a nonempty piece that is not a token, with the reason.
 fn unsound(input: &str) -> (&str, Result<TokenKind, Mistake>) {
     let result: Lexed<'_, Mistake> = alt((
         map(malformed_number, |piece: &str| number_mistake(piece)),
@@ -362,13 +362,13 @@ fn shortened(piece: &str) -> String {
     if letters.next().is_some() { start + "…" } else { start }
 }
 
-/// What begins like a number, up to the next blank or operator; `1..2` keeps its range.
+/// A malformed number, up to the next blank or operator; `1..2` keeps its range.
 fn malformed_number(input: &str) -> Lexed<'_, &str> {
     let begins = input.strip_prefix('.').unwrap_or(input).starts_with(|c: char| c.is_ascii_digit());
     if !begins {
         return Err(nom::Err::Error((input, ErrorKind::Digit)));
     }
-    // As far as it is well-formed, `1e+999`; and on to the end of the word, `1.2.3m`.
+    // The well-formed prefix, `1e+999`, then up to the end of the word, `1.2.3m`.
     let sound = digits(input).map_or(0, |(rest, _)| input.len() - rest.len());
     let word = |c: char| is_name_character(c) || c == '.';
     let end = input[sound..].find(|c| !word(c)).map_or(input.len(), |at| sound + at);
@@ -376,7 +376,7 @@ fn malformed_number(input: &str) -> Lexed<'_, &str> {
     Ok((&input[end..], &input[..end]))
 }
 
-/// `# …` with something in it that no text should hold.
+/// `# …` with forbidden characters.
 fn broken_comment(input: &str) -> Lexed<'_, &str> {
     preceded(peek(alt((tag("///"), tag("#")))), take_while1(|c| c != '\n')).parse(input)
 }
@@ -407,7 +407,7 @@ fn number_mistake(piece: &str) -> Mistake {
     Mistake { code: Code::E102, message: format!("`{shown}` is not a number"), help: Some(help) }
 }
 
-/// `"` or `[` without its end, to the end of the line.
+/// `"` or `[` without its end, up to the end of the line.
 fn unclosed(input: &str) -> Lexed<'_, &str> {
     preceded(peek(one_of("\"[")), take_while1(|c: char| !c.is_control() || c == '\t')).parse(input)
 }
@@ -449,17 +449,16 @@ fn character_help(piece: &str) -> Option<&'static str> {
     })
 }
 
-/// For every token whether it is a line end that ends an item.
+/// For every token, whether it is a line end that ends an item.
 ///
-/// An item continues while a parenthesis is open and when a line ends in a comma, a colon or an
-/// operator. It does not go on into a line that can only be the beginning of an item, so that one
-/// forgotten parenthesis is one mistake.
+/// An item continues while a parenthesis is open and when a line ends in a comma, a colon or an operator. It does not
+/// continue into a line that can only begin an item, so that a forgotten parenthesis is a single error.
 pub(crate) fn item_ends(tokens: &[Token], source: &str) -> Vec<bool> {
     let is_code = |token: &Token| {
         !matches!(token.kind, TokenKind::Newline | TokenKind::Comment | TokenKind::Doc)
     };
     let code: Vec<usize> = (0..tokens.len()).filter(|&i| is_code(&tokens[i])).collect();
-    // How much of the code has been passed.
+    // Amount of code already processed.
     let mut passed = 0;
     let mut ends = vec![false; tokens.len()];
     let mut open = 0_usize;
@@ -482,7 +481,7 @@ pub(crate) fn item_ends(tokens: &[Token], source: &str) -> Vec<bool> {
             match token.kind {
                 TokenKind::Open => open += 1,
                 TokenKind::Close => open = open.saturating_sub(1),
-                // Brackets opened within a block do not reach out of it.
+                // Brackets opened inside a block do not extend beyond it.
                 TokenKind::OpenBrace | TokenKind::CloseBrace => open = 0,
                 _ => {}
             }
@@ -491,7 +490,7 @@ pub(crate) fn item_ends(tokens: &[Token], source: &str) -> Vec<bool> {
     ends
 }
 
-/// Whether an item goes on after a line that ends in this token.
+/// Whether an item continues after a line that ends in this token.
 fn continues(kind: TokenKind, text: &str) -> bool {
     match kind {
         TokenKind::Plus
@@ -526,7 +525,7 @@ fn continues(kind: TokenKind, text: &str) -> bool {
     }
 }
 
-/// Whether two tokens are a keyword and a name: no expression goes on like that.
+/// Whether two tokens are a keyword and a name, which cannot continue an expression.
 pub(super) fn begins_item(first: Token, second: Option<Token>, source: &str) -> bool {
     first.kind == TokenKind::Name
         && item::is_keyword(first.text(source))

@@ -1,7 +1,6 @@
-//! Parsing: the text is cut into tokens, the tokens into items, and every item is parsed by itself.
+//! Parsing: the text is split into tokens, the tokens into items, and every item is parsed separately.
 //!
-//! A mistake in one item therefore does not affect the next, and all mistakes of a file are reported
-//! at once.
+//! An error in one item therefore does not affect the next, and all errors of a file are reported at once.
 
 mod array;
 mod effect;
@@ -28,13 +27,13 @@ pub use unsound::Hole;
 
 /// Reads a source.
 ///
-/// The tree says exactly what was written; no name is looked up and no unit understood.
+/// The tree represents the text exactly; names and units are not resolved.
 pub fn parse(
     source: SourceId,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Ast, Reported> {
-    // Mistakes of earlier sources do not concern this one.
+    // Errors of earlier sources do not concern this one.
     let (ast, _, own) = read(source, sources);
     for diagnostic in own.sorted() {
         diagnostics.error(diagnostic.clone());
@@ -43,13 +42,13 @@ pub fn parse(
     Ok(ast)
 }
 
-/// Reads the sound items of a source and skips the rest, for tools that continue after a mistake.
+/// Reads the valid items of a source and skips the rest, for tools that continue after an error.
 pub fn parse_what_is_sound(source: SourceId, sources: &Sources) -> Ast {
     read(source, sources).0
 }
 
-/// Reads a source with mistakes, so that what is wrong with its sound items can still be found: declarations
-/// stand in for those that could not be read, as far as their heads say what they declare.
+/// Reads a source with errors so that further errors in its valid items can be found: declarations replace the items
+/// that could not be read, if their heads show what they declare.
 pub fn parse_with_holes(
     source: SourceId,
     sources: &Sources,
@@ -70,16 +69,16 @@ pub fn parse_with_holes(
     (ast, holes.into_iter().map(|(hole, _)| hole).collect())
 }
 
-/// An item that could not be read, and what can stand in for it.
+/// An unreadable item, and a possible replacement.
 type Unsound = (Hole, Option<Item>);
 
-/// The items that can be read, what the others are, and what is wrong with them.
+/// The valid items, the invalid ones, and the errors.
 fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics) {
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
-    let all = lexical::tokens(source, sources, &mut own);
-    let ends = lexical::item_ends(&all, text);
-    let tokens: Vec<Token> = all
+    let raw_tokens = lexical::tokens(source, sources, &mut problems);
+    let ends = lexical::item_ends(&raw_tokens, text);
+    let tokens: Vec<Token> = raw_tokens
         .into_iter()
         .zip(ends)
         .filter(|(token, ends_item)| match token.kind {
@@ -89,34 +88,34 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics)
         .map(|(token, _)| token)
         .collect();
 
-    let mut reader = Reader::new(source, text, &mut own);
+    let mut reader = Reader::new(source, text, &mut problems);
     reader.declared = Declared::of(&tokens, text);
     reader.unclosed = unclosed(&tokens);
     let items = reader.items(&tokens, 0);
     let (model, effect, holes) = (reader.model, reader.effect, reader.holes);
-    if items.is_empty() && model.is_none() && effect.is_none() && own.check().is_ok() {
+    if items.is_empty() && model.is_none() && effect.is_none() && problems.check().is_ok() {
         let span = Span { source, start: 0, end: 0 };
-        own.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
+        problems.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
     }
-    (Ast { source, model, effect, items, imports: Vec::new() }, holes, own)
+    (Ast { source, model, effect, items, imports: Vec::new() }, holes, problems)
 }
 
-/// Reads `name = value`, as it is set from outside a model file.
+/// Reads `name = value`, a setting from outside a model file.
 pub fn parse_setting(
     source: SourceId,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<(Name, Expr), Reported> {
-    let mut own = Diagnostics::default();
+    let mut problems = Diagnostics::default();
     let text = sources.get(source).text.as_str();
-    let mut tokens = lexical::tokens(source, sources, &mut own);
+    let mut tokens = lexical::tokens(source, sources, &mut problems);
     tokens.retain(|token| token.kind != TokenKind::Newline);
-    let mut reader = Reader::new(source, text, &mut own);
+    let mut reader = Reader::new(source, text, &mut problems);
     let setting = reader.setting(&tokens);
-    for diagnostic in own.sorted() {
+    for diagnostic in problems.sorted() {
         diagnostics.error(diagnostic.clone());
     }
-    own.check()?;
+    problems.check()?;
     Ok(setting.unwrap_or_else(|| unreachable!("without a setting there is a diagnostic")))
 }
 
@@ -126,12 +125,12 @@ struct Reader<'a, 'd> {
     text: &'a str,
     model: Option<Header>,
     effect: Option<EffectHeader>,
-    /// Whether an item has been met.
+    /// Whether an item has been read.
     begun: bool,
     /// Items that could not be read.
     holes: Vec<Unsound>,
     declared: Declared<'a>,
-    /// Where braces open that are never closed, in order.
+    /// Positions of unclosed braces, in order.
     unclosed: Vec<u32>,
     diagnostics: &'d mut Diagnostics,
 }
@@ -143,7 +142,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         Reader { source, text, model, effect, begun: false, holes, declared, unclosed, diagnostics }
     }
 
-    /// Reads items until nothing is left.
+    /// Reads items until no tokens are left.
     fn items(&mut self, mut tokens: &'a [Token], nesting: u32) -> Vec<Item> {
         let mut items = Vec::new();
         let mut doc = Vec::new();
@@ -183,12 +182,12 @@ impl<'a, 'd> Reader<'a, 'd> {
         items
     }
 
-    /// How many tokens an item takes; one whose block is never closed ends where another begins.
+    /// Number of tokens of an item; one with an unclosed block ends where another begins.
     fn length(&self, tokens: &[Token]) -> usize {
         closed_length(tokens, &self.unclosed).unwrap_or_else(|| self.end_of_unclosed(tokens))
     }
 
-    /// Whether something has been reported of an item, now or when it was cut into tokens.
+    /// Whether an error of an item has been reported, now or by the lexer.
     fn is_wrong(&self, statement: &[Token], n_mistakes_before: usize) -> bool {
         self.diagnostics.len() > n_mistakes_before
             || statement.iter().any(|token| token.kind == TokenKind::Invalid)
@@ -217,8 +216,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
     }
 
-    /// Reads an item without a block. The `model` or `effect` line is kept aside, and so are an
-    /// effect's clauses.
+    /// Reads an item without a block. The `model` or `effect` line and an effect's clauses are stored separately.
     fn plain_item(
         &mut self,
         statement: &[Token],
@@ -340,8 +338,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         Some(ItemKind::Variant { name, choices })
     }
 
-    /// Splits `KEYWORD NAME { … } …` into the name, what is within the braces and what is after
-    /// them.
+    /// Splits `KEYWORD NAME { … } …` into the name, the content of the braces and the rest.
     fn named_block(
         &mut self,
         statement: &'a [Token],
@@ -359,7 +356,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         Some((name, inside, behind))
     }
 
-    /// Takes the doc comment after a block; `above` are those in it that nothing followed.
+    /// Takes the doc comment after a block; `above` are the doc comments at the end of the block that no item follows.
     fn end_of_block(
         &mut self,
         above: &[Token],
@@ -394,7 +391,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         Some((Choice { doc: self.doc_lines(docs), name, items }, behind))
     }
 
-    /// Splits `{ … } …` into what is within the braces and what is after them.
+    /// Splits `{ … } …` into the content of the braces and the rest.
     fn block(&mut self, tokens: &'a [Token]) -> Option<(&'a [Token], &'a [Token])> {
         let input = self.input(tokens);
         let brace = tokens::token(TokenKind::OpenBrace, "`{`");
@@ -442,7 +439,7 @@ impl<'a, 'd> Reader<'a, 'd> {
         self.diagnostics.error(diagnostic);
     }
 
-    /// Reports why a parser failed.
+    /// Reports a parser's failure.
     fn report<T>(&mut self, result: Result<T, nom::Err<Box<Stop<'_>>>>) -> Option<T> {
         match result {
             Ok(out) => Some(out),
@@ -469,7 +466,7 @@ fn take_docs(tokens: &mut &[Token], docs: &mut Vec<Token>) {
     }
 }
 
-/// Where braces open that are never closed, in order.
+/// Positions of unclosed braces, in order.
 fn unclosed(tokens: &[Token]) -> Vec<u32> {
     let mut open = Vec::new();
     for token in tokens {
@@ -482,7 +479,7 @@ fn unclosed(tokens: &[Token]) -> Vec<u32> {
     open
 }
 
-/// How many tokens an item takes, its block included, its line end not; `None` if its block is never closed.
+/// Number of tokens of an item, including its block but not its line end; `None` if its block is unclosed.
 fn closed_length(tokens: &[Token], unclosed: &[u32]) -> Option<usize> {
     let mut open = 0_usize;
     for (i, token) in tokens.iter().enumerate() {
@@ -497,7 +494,7 @@ fn closed_length(tokens: &[Token], unclosed: &[u32]) -> Option<usize> {
     Some(tokens.len())
 }
 
-/// How many tokens an item takes within a block, where all braces are closed.
+/// Number of tokens of an item in a block, where all braces are closed.
 fn item_length(tokens: &[Token]) -> usize {
     closed_length(tokens, &[]).unwrap_or(tokens.len())
 }

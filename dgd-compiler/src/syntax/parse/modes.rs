@@ -1,5 +1,5 @@
-//! `modes NAME { … }`: modes with their equations, and the transitions between them; and `when`, a
-//! transition that belongs to no modes.
+//! `modes NAME { … }`: modes with their equations, and the transitions between them; and `when`, a transition without
+//! modes.
 
 use nom::Parser;
 
@@ -15,8 +15,7 @@ use crate::syntax::ast::{
     Choice, Condition, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
 };
 
-/// The tokens before the block of a line, its docs taken out, and the block; nothing where there is
-/// a token that could not be read.
+/// The tokens before the block of a line, without doc comments, and the block; `None` if there is an invalid token.
 pub(super) fn head_and_block<'a>(
     line: &'a [Token],
     docs: &mut Vec<Token>,
@@ -102,8 +101,8 @@ impl<'a> Reader<'a, '_> {
         Some(ItemKind::Modes { name, modes, transitions, starts })
     }
 
-    /// A mode says what holds while it lasts; what exists is the same in all of them. Anything else is
-    /// reported, and is not there.
+    /// Whether an item is allowed in a mode: modes contain equations, and declarations are common to all of them. Other
+    /// items are reported and ignored.
     fn is_mode_item(&mut self, item: &mut Item, mode: &Name) -> bool {
         let is_equation = matches!(item.kind, ItemKind::Equation { .. });
         if !is_equation {
@@ -118,7 +117,7 @@ impl<'a> Reader<'a, '_> {
         is_equation
     }
 
-    /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, perhaps with `{ reset x = e }`.
+    /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, optionally with `{ reset x = e }`.
     fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<Transition> {
         let (plain, block) = head_and_block(line, &mut docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
@@ -143,7 +142,7 @@ impl<'a> Reader<'a, '_> {
         Some(Reaction { conditions, resets })
     }
 
-    /// The resets of a block; that there is none is reported.
+    /// The resets of a block; an empty block is reported.
     fn some_resets(
         &mut self,
         word: &str,
@@ -163,7 +162,7 @@ impl<'a> Reader<'a, '_> {
         Some(resets)
     }
 
-    /// `every EXPRESSION { reset x = e }`, perhaps with `offset EXPRESSION` before the braces.
+    /// `every EXPRESSION { reset x = e }`, optionally with `offset EXPRESSION` before the braces.
     pub(super) fn every(
         &mut self,
         statement: &'a [Token],
@@ -176,7 +175,7 @@ impl<'a> Reader<'a, '_> {
         Some(ItemKind::Every { period, offset, resets })
     }
 
-    /// `{ reset x = e … }`, one to a line.
+    /// `{ reset x = e … }`, one per line.
     fn resets(&mut self, block: &'a [Token], docs: &mut Vec<Token>) -> Option<Vec<Reset>> {
         let mut resets = Vec::new();
         let (mut inside, behind) = self.block(block)?;
@@ -196,7 +195,7 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-/// The period of an `every`, perhaps with its offset.
+/// The period of an `every`, optionally with its offset.
 fn times(input: Tokens<'_>) -> Parsed<'_, (Expr, Option<Expr>)> {
     let (rest, period) = expression(input)?;
     if rest.starts_with_word("offset") {
@@ -207,7 +206,7 @@ fn times(input: Tokens<'_>) -> Parsed<'_, (Expr, Option<Expr>)> {
     Ok((rest, (period, None)))
 }
 
-/// `start MODE`, perhaps with `if CONDITION`.
+/// `start MODE`, optionally with `if CONDITION`.
 fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
     let (rest, mode) = name(input.behind_first())?;
     if rest.is_empty() {
@@ -233,14 +232,14 @@ fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
     Ok((rest, (from, to, conditions)))
 }
 
-/// Conditions joined by `or`, and nothing after them.
+/// Conditions joined by `or`, up to the end.
 fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
-    let mut all = Vec::new();
+    let mut conditions = Vec::new();
     loop {
         let (rest, one) = condition(input)?;
-        all.push(one);
+        conditions.push(one);
         if rest.is_empty() {
-            return Ok((rest, all));
+            return Ok((rest, conditions));
         }
         if rest.starts_with_word("and") {
             let message = "what is watched is joined by `or` only";

@@ -1,4 +1,4 @@
-//! Derivatives and equations as other languages write them: `x' = …`, `dx/dt = …`, and equations without a label.
+//! Derivatives and equations in the notation of other languages: `x' = …`, `dx/dt = …`, and equations without a label.
 
 use std::collections::BTreeSet;
 
@@ -7,10 +7,10 @@ use super::lexical::{Token, TokenKind};
 use crate::diagnostics::{Code, Diagnostic, Edit, Fix};
 use crate::source::{SourceId, Span};
 
-/// Items in which a derivative can stand.
+/// Items that can contain a derivative.
 const WITH_FORMULAS: [&str; 3] = ["equation", "let", "output"];
 
-/// Names that a file declares, as far as its words show them.
+/// Names that a file declares, judging by its tokens.
 #[derive(Debug, Default)]
 pub(super) struct Declared<'a> {
     /// States and other unknowns.
@@ -20,7 +20,7 @@ pub(super) struct Declared<'a> {
 }
 
 impl<'a> Declared<'a> {
-    /// Of all tokens of a file.
+    /// The names declared by all tokens of a file.
     pub(super) fn of(tokens: &[Token], text: &'a str) -> Self {
         let mut declared = Declared::default();
         for [keyword, name] in tokens.array_windows() {
@@ -40,13 +40,12 @@ impl<'a> Declared<'a> {
     fn label_for(&self, unknown: &str) -> String {
         let first = format!("der_{unknown}");
         let further = (2..).map(|n| format!("{first}_{n}"));
-        let mut all = std::iter::once(first.clone()).chain(further);
-        all.find(|label| !self.labels.contains(label.as_str())).unwrap_or(first)
+        let mut labels = std::iter::once(first.clone()).chain(further);
+        labels.find(|label| !self.labels.contains(label.as_str())).unwrap_or(first)
     }
 }
 
-/// What to say of an item in another notation; nothing of one in that of the language, or where it is not known what
-/// is meant.
+/// A diagnostic for an item in another notation; `None` if it is in that of the language, or ambiguous.
 pub(super) fn foreign(
     item: &[Token],
     text: &str,
@@ -62,7 +61,7 @@ pub(super) fn foreign(
     };
     let keyword = first.text(text);
     if first.kind == TokenKind::Name && is_keyword(keyword) {
-        // Without a mark `dx/dt` may be a quotient: that is known when all names are.
+        // Without a mark, `dx/dt` may be a quotient, which is decided when all names are resolved.
         let marked = other.filter(|derivative| derivative.is_marked)?;
         let (of, written) = (marked.of, marked.written(text));
         let message = format!("a derivative is written `der({of})`, not `{written}`");
@@ -81,7 +80,7 @@ pub(super) fn foreign(
     }
     let mut edits = rewritten();
     match edits.first_mut() {
-        // One edit where the equation begins with what is rewritten.
+        // One edit if the equation begins with the rewritten derivative.
         Some(edit) if edit.span.start == first.start => {
             edit.text = format!("equation {label}: {}", edit.text);
         }
@@ -90,14 +89,14 @@ pub(super) fn foreign(
     Some(diagnostic.fix(Fix::safe(edits)))
 }
 
-/// A derivative over time.
+/// A time derivative.
 struct Derivative<'a> {
     span: Span,
-    /// Of what.
+    /// The differentiated name.
     of: &'a str,
-    /// Whether the language writes it otherwise.
+    /// Whether it is in another language's notation.
     is_foreign: bool,
-    /// Whether it can be nothing but a derivative: `x'`.
+    /// Whether it can only be a derivative: `x'`.
     is_marked: bool,
 }
 
@@ -115,7 +114,7 @@ fn derivatives<'a>(
     declared: &Declared<'_>,
 ) -> Vec<Derivative<'a>> {
     use TokenKind::{Close, Name, Open, Prime, Slash};
-    let mut all = Vec::new();
+    let mut derivatives = Vec::new();
     for at in 0..item.len() {
         let rest = &item[at..];
         let kinds: Vec<TokenKind> = rest.iter().take(6).map(|token| token.kind).collect();
@@ -138,7 +137,7 @@ fn derivatives<'a>(
             _ => continue,
         };
         let span = rest[0].span(source).to(rest[length - 1].span(source));
-        all.push(Derivative { span, of, is_foreign, is_marked });
+        derivatives.push(Derivative { span, of, is_foreign, is_marked });
     }
-    all
+    derivatives
 }

@@ -9,12 +9,12 @@ use super::tokens::{Parsed, Tokens, dotted, name, token};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::{ItemKind, PartArgument};
 
-/// Whether an input of a part is bound here: no keyword is followed by a point.
+/// Whether a binding of a part's input begins here: no keyword is followed by a point.
 pub(super) fn is_binding(input: Tokens<'_>) -> bool {
     input.first() == Some(TokenKind::Name) && input.second() == Some(TokenKind::Dot)
 }
 
-/// `PART.NAME[i]` where `PART[i].NAME` is written, and what is written behind it.
+/// `PART.NAME[i]` for a written `PART[i].NAME`, and the written text.
 pub(super) fn index_at_the_end(input: Tokens<'_>) -> Option<(String, String)> {
     let (rest, part) = name(input).ok()?;
     let (behind, indices) = array::indices(rest).ok()?;
@@ -36,8 +36,7 @@ pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Binding { input, indices, value }))
 }
 
-/// `NAME: MODEL(a = e, …)` or `NAME[i in 1..N]: MODEL(a = e, …)` after the keyword; the parentheses
-/// may be left out.
+/// `NAME: MODEL(a = e, …)` or `NAME[i in 1..N]: MODEL(a = e, …)` after the keyword; the parentheses are optional.
 pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let colon = token(TokenKind::Colon, "`:` and the part's model");
     let model = name;

@@ -13,7 +13,7 @@ use crate::syntax::ast::{
     Argument, AttributeKind, Beyond, Expr, ExprKind, ItemKind, Name, Point, Points,
 };
 
-/// A table of more arguments is a mistake.
+/// Limit on the arguments of a table.
 const MOST_ARGUMENTS: usize = 2;
 
 /// Reads a table after its keyword.
@@ -61,7 +61,7 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
             cut(token(TokenKind::Equal, "`=` and the values between parentheses")).parse(rest)?.0;
         let values = rest.span();
         if rest.first() == Some(TokenKind::Name) {
-            // An array that holds the values.
+            // An array of values.
             let (rest, Name { text, span }) = dotted(rest)?;
             let array = Expr { span, kind: ExprKind::Name(text) };
             return Ok((rest, Points::Columns([abscissae, vec![array]])));
@@ -104,10 +104,10 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
         let (behind, numbers) = list(rest)?;
         let span = begin.span_to(&behind);
         if numbers.len() != arguments.len() + 1 {
-            let found = numbers.len();
-            let noun = if found == 1 { "number" } else { "numbers" };
+            let count = numbers.len();
+            let noun = if count == 1 { "number" } else { "numbers" };
             return begin.wrong(
-                Diagnostic::new(Code::E105, span, format!("this point has {found} {noun}"))
+                Diagnostic::new(Code::E105, span, format!("this point has {count} {noun}"))
                     .help(format!("write each so: {}", example(arguments))),
             );
         }
@@ -129,32 +129,32 @@ fn example(arguments: &[Argument]) -> String {
     format!("`= {point}, {point}`")
 }
 
-/// Whether `((0, 1), …` begins here: parentheses around points. A number in parentheses holds no comma.
+/// Whether `((0, 1), …` begins here: parentheses around points. A parenthesised number contains no comma.
 fn is_list_of_points(input: Tokens<'_>) -> bool {
     list(input.behind_first()).is_ok_and(|(_, numbers)| numbers.len() > 1)
 }
 
-/// Expressions between parentheses, one at least.
+/// Expressions in parentheses, at least one.
 fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
     let open = input.span();
     let mut rest = cut(token(TokenKind::Open, "`(` and numbers")).parse(input)?.0;
-    let mut all = Vec::new();
+    let mut numbers = Vec::new();
     loop {
         let (behind, expr) = cut(expression).parse(rest)?;
-        all.push(expr);
+        numbers.push(expr);
         if behind.first() != Some(TokenKind::Comma) {
             let rest = close(open, behind)?.0;
-            return Ok((rest, all));
+            return Ok((rest, numbers));
         }
         rest = behind.behind_first();
     }
 }
 
-/// `refuse`, `hold` or `extend`, behind `beyond`.
+/// `refuse`, `hold` or `extend`, after `beyond`.
 pub(super) fn beyond(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
     let word = input.first_text();
-    let found = Beyond::ALL.iter().find(|(known, _)| *known == word);
-    if let Some((_, beyond)) = found.filter(|_| input.first() == Some(TokenKind::Name)) {
+    let entry = Beyond::ALL.iter().find(|(known, _)| *known == word);
+    if let Some((_, beyond)) = entry.filter(|_| input.first() == Some(TokenKind::Name)) {
         return Ok((input.behind_first(), AttributeKind::Beyond(*beyond)));
     }
     let near = suggestion(word, Beyond::ALL.iter().map(|(word, _)| *word));

@@ -12,30 +12,30 @@ use crate::source::{SourceId, Span};
 use crate::syntax::ast::Name;
 use crate::units::parse_unit;
 
-/// How deep expressions and blocks may nest.
+/// Limit on the nesting of expressions and blocks.
 ///
-/// It bounds the stack that the parser needs, and everything later that walks over a tree.
+/// It bounds the stack of the parser, and of every later recursion over a tree.
 pub(crate) const NESTING: u32 = 128;
 
-/// What is left to read of an item.
+/// The remaining tokens of an item.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tokens<'a> {
     left: &'a [Token],
     text: &'a str,
     source: SourceId,
-    /// End of the token read last.
+    /// End of the last token read.
     before: u32,
     nesting: u32,
 }
 
-/// Why a parser stopped.
+/// The reason why a parser stopped.
 #[derive(Debug)]
 pub(crate) struct Stop<'a> {
-    /// Where.
+    /// The position.
     at: Tokens<'a>,
-    /// What could stand there.
+    /// The expected syntax.
     expected: &'static str,
-    /// What to say instead, where the parser knows better.
+    /// A more specific diagnostic, if there is one.
     diagnostic: Option<Diagnostic>,
 }
 
@@ -48,7 +48,7 @@ impl<'a> Tokens<'a> {
         Tokens { left: tokens, text, source, before, nesting: 0 }
     }
 
-    /// Tokens that the first one was cut into, which nest as deep as it does.
+    /// Tokens that the first one was split into, at its nesting level.
     pub(crate) fn within<'b>(&self, tokens: &'b [Token]) -> Tokens<'b>
     where
         'a: 'b,
@@ -94,7 +94,7 @@ impl<'a> Tokens<'a> {
             && behind.starts_with(|c: char| c.is_ascii_digit())
     }
 
-    /// Whether the first token stands behind a number, and is called like a unit.
+    /// Whether the first token follows a number and has the name of a unit.
     fn is_unit_of_number(&self) -> bool {
         let before = self.text[..self.span().start as usize].trim_end_matches(' ');
         let word = before.rsplit(|c: char| !(c.is_alphanumeric() || matches!(c, '.' | '_'))).next();
@@ -102,20 +102,20 @@ impl<'a> Tokens<'a> {
             && parse_unit(self.first_text()).is_ok()
     }
 
-    /// From the first token to the end, as written.
+    /// The text from the first token to the end.
     pub(crate) fn written(&self) -> &'a str {
         let Some(last) = self.left.last() else { return "" };
         let (from, to) = (self.span().start as usize, last.span(self.source).end as usize);
         &self.text[from..to]
     }
 
-    /// From the first token of `self` to the last one before `rest`, as written.
+    /// The text from the first token of `self` to the last one before `rest`.
     pub(crate) fn written_to(&self, rest: &Tokens<'a>) -> &'a str {
         let Span { start, end, .. } = self.span_to(rest);
         &self.text[start as usize..end as usize]
     }
 
-    /// Whether a comma stands between the parentheses that open here, and not within others.
+    /// Whether the parentheses that open here contain a comma, outside of nested ones.
     pub(crate) fn is_list(&self) -> bool {
         let mut open = 0_usize;
         for token in self.left {
@@ -135,7 +135,7 @@ impl<'a> Tokens<'a> {
         self.left.iter().any(|token| token.kind == kind)
     }
 
-    /// How many tokens are left.
+    /// Number of remaining tokens.
     pub(crate) fn len(&self) -> usize {
         self.left.len()
     }
@@ -150,12 +150,12 @@ impl<'a> Tokens<'a> {
         self.first() == Some(TokenKind::Name) && self.first_text() == word
     }
 
-    /// All without the first token.
+    /// All tokens but the first.
     pub(crate) fn behind_first(&self) -> Tokens<'a> {
         self.take_from(1.min(self.left.len()))
     }
 
-    /// The same, one level deeper; refused where that is too deep.
+    /// The tokens one level deeper; an error if that is too deep.
     pub(crate) fn deeper(self) -> Result<Self, Err<Box<Stop<'a>>>> {
         if self.nesting == NESTING {
             return self.wrong::<()>(too_deep(self.span())).map(|_| self);
@@ -163,7 +163,7 @@ impl<'a> Tokens<'a> {
         Ok(Tokens { nesting: self.nesting + 1, ..self })
     }
 
-    /// The same, back from a deeper level.
+    /// The tokens one level less deep.
     pub(crate) fn shallower(self) -> Self {
         Tokens { nesting: self.nesting.saturating_sub(1), ..self }
     }
@@ -173,7 +173,7 @@ impl<'a> Tokens<'a> {
         Err(Err::Error(Box::new(Stop { at: self, expected, diagnostic: None })))
     }
 
-    /// A failure that has its own explanation and ends the item.
+    /// A failure with its own diagnostic, which ends the item.
     pub(crate) fn wrong<T>(self, diagnostic: Diagnostic) -> Parsed<'a, T> {
         let diagnostic = Some(diagnostic);
         Err(Err::Failure(Box::new(Stop { at: self, expected: "", diagnostic })))
@@ -228,14 +228,14 @@ impl<'a> ParseError<Tokens<'a>> for Box<Stop<'a>> {
         other
     }
 
-    /// Of two alternatives, the one that came further knows better.
+    /// Of two alternatives, the failure of the one that got further is more informative.
     fn or(self, other: Self) -> Self {
         if self.at.left.len() < other.at.left.len() { self } else { other }
     }
 }
 
 impl Stop<'_> {
-    /// What to tell the user.
+    /// The diagnostic for the user.
     pub(crate) fn into_diagnostic(self) -> Diagnostic {
         if let Some(diagnostic) = self.diagnostic {
             return diagnostic;
@@ -243,7 +243,7 @@ impl Stop<'_> {
         let Stop { at, expected, .. } = self;
         let span = at.span();
         let text = at.first_text();
-        let found = match at.first() {
+        let token = match at.first() {
             None => "the end of the item".to_owned(),
             Some(TokenKind::Number) => format!("the number `{text}`"),
             Some(TokenKind::Text) => "a text".to_owned(),
@@ -270,7 +270,7 @@ impl Stop<'_> {
             Some(_) => format!("`{text}`"),
         };
         let diagnostic =
-            Diagnostic::new(Code::E105, span, format!("expected {expected}, found {found}"));
+            Diagnostic::new(Code::E105, span, format!("expected {expected}, found {token}"));
         match at.first() {
             Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('*') => {
                 diagnostic.help("a power is written `a^b`")
@@ -302,13 +302,13 @@ impl Stop<'_> {
     }
 }
 
-/// What can follow a complete expression.
+/// Tokens that can follow a complete expression.
 pub(crate) const OPERATOR: &str = "an operator or the end of the item";
 
-/// What to say of a comma inside a number.
+/// Help for a comma inside a number.
 pub(crate) const DECIMAL_POINT: &str = "decimals are written with a point, such as `1.75`";
 
-/// What may follow a whole expression inside brackets.
+/// Tokens that can follow a whole expression inside brackets.
 pub(crate) const CLOSE: &str = "`)` or an operator";
 
 /// A token of this kind.
@@ -358,7 +358,7 @@ pub(crate) fn dotted(input: Tokens<'_>) -> Parsed<'_, Name> {
     members(input)
 }
 
-/// The name that is the first token, and what follows it after points, where any word is a name.
+/// The name at the first token, with its members after points, where any word is a name.
 pub(crate) fn members(input: Tokens<'_>) -> Parsed<'_, Name> {
     let mut dotted = Name { text: input.first_text().to_owned(), span: input.span() };
     let mut rest = input.behind_first();

@@ -1,4 +1,4 @@
-//! Items that could not be read: which names they would have declared, and what stands in for them.
+//! Items that could not be read: the names that they may declare, and replacements for them.
 
 use super::Reader;
 use super::item::is_keyword;
@@ -8,42 +8,42 @@ use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name, Unit, UnknownKind};
 use crate::syntax::visit::{self, Part};
 
-/// An item that could not be read, as far as it matters to others.
+/// An item that could not be read, as far as it affects others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hole {
     /// Its place.
     pub span: Span,
     /// Names that it may have declared.
     pub names: Vec<String>,
-    /// Whether it may have declared names that it does not say: an import.
+    /// Whether it may have declared names that do not occur in it: an import.
     pub hides_all: bool,
 }
 
 impl Hole {
-    /// An import that brings nothing.
+    /// An import that failed.
     pub(crate) fn import(span: Span) -> Hole {
         Hole { span, names: Vec::new(), hides_all: true }
     }
 }
 
-/// What can stand in for itself.
+/// Items that can be replaced.
 const STANDING_IN: [&str; 6] = ["constant", "parameter", "input", "state", "unknown", "let"];
 
 impl Reader<'_, '_> {
-    /// Remembers an item that could not be read.
+    /// Records an item that could not be read.
     pub(super) fn hole(&mut self, statement: &[Token], nesting: u32) {
         let (Some(first), Some(last)) = (statement.first(), statement.last()) else { return };
         let names = self.names_declared(statement);
-        // Only an import has a text.
+        // Only an import contains a text.
         let hides_all = statement.iter().any(|token| token.kind == TokenKind::Text)
             || first.text(self.text) == "import";
         let span = self.span(*first).to(self.span(*last));
-        // Within a block it would stand outside of its choice.
+        // Inside a block it would be outside of its choice.
         let stand_in = if nesting == 0 { self.stand_in(statement) } else { None };
         self.holes.push((Hole { span, names, hides_all }, stand_in));
     }
 
-    /// Remembers an item that was read and cannot stand where it does.
+    /// Records an item that was read but is not allowed here.
     pub(super) fn hole_of(&mut self, item: &mut Item) {
         let mut names = Vec::new();
         visit::parts_mut(item, &mut |part| {
@@ -54,15 +54,15 @@ impl Reader<'_, '_> {
         self.holes.push((Hole { span: item.span, names, hides_all: false }, None));
     }
 
-    /// Takes items that are indented deeper than a `}` which closes nothing for what stood in its block.
+    /// Assigns items that are indented deeper than an unmatched `}` to its block.
     pub(super) fn take_out(&mut self, items: &mut Vec<Item>, brace: Span) {
         let column = |span: Span| {
             let before = &self.text[..span.start as usize];
             before.len() - before.rfind('\n').map_or(0, |line| line + 1)
         };
-        let own = column(brace);
+        let brace_column = column(brace);
         let mut inside = Vec::new();
-        while let Some(item) = items.pop_if(|item| column(item.span) > own) {
+        while let Some(item) = items.pop_if(|item| column(item.span) > brace_column) {
             inside.push(item);
         }
         for mut item in inside {
@@ -70,8 +70,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The names behind keywords and those that are bound; where the item does not begin with a keyword, or cannot
-    /// be read, all words before what it says of them.
+    /// The names after keywords and the bound names; if the item does not begin with a keyword, or is unreadable, all
+    /// words before its value.
     fn names_declared(&self, statement: &[Token]) -> Vec<String> {
         let is_name = |token: &Token| token.kind == TokenKind::Name;
         let head = Self::head(statement);
@@ -99,8 +99,7 @@ impl Reader<'_, '_> {
         names
     }
 
-    /// What a function or table may be called whose first argument runs into its name: `flightz)` was
-    /// `flight(z)`.
+    /// Possible names of a function or table whose first argument runs into its name: `flightz)` was `flight(z)`.
     fn run_together(&self, statement: &[Token]) -> Vec<String> {
         let [keyword, name, behind, ..] = statement else { return Vec::new() };
         let has_arguments = matches!(keyword.text(self.text), "function" | "table");
@@ -111,7 +110,7 @@ impl Reader<'_, '_> {
         name.char_indices().skip(1).map(|(end, _)| name[..end].to_owned()).collect()
     }
 
-    /// What stands before an item's unit, value or arguments.
+    /// The tokens before an item's unit, value or arguments.
     fn head(statement: &[Token]) -> &[Token] {
         let ends = |token: &Token| {
             matches!(
@@ -128,7 +127,7 @@ impl Reader<'_, '_> {
         &statement[..statement.iter().position(ends).unwrap_or(statement.len())]
     }
 
-    /// The words that tokens without blanks between them make, without what cannot stand in a word.
+    /// The words formed by tokens without blanks between them, without characters not allowed in words.
     fn words(&self, tokens: &[Token]) -> Vec<String> {
         let mut words: Vec<String> = Vec::new();
         let mut end = None;
@@ -145,7 +144,7 @@ impl Reader<'_, '_> {
         words
     }
 
-    /// The name that tokens begin with, with what follows it after points.
+    /// The name at the beginning of tokens, with its members after points.
     fn dotted_at(&self, tokens: &[Token]) -> String {
         let mut end = 1;
         while tokens.get(end).is_some_and(|token| token.kind == TokenKind::Dot)
@@ -156,15 +155,14 @@ impl Reader<'_, '_> {
         tokens[..end].iter().map(|token| token.text(self.text)).collect()
     }
 
-    /// A declaration in the place of one that could not be read, where its head is sound: others then read
-    /// something of its unit.
+    /// A replacement for an unreadable declaration with a valid head: others can then read a name with its unit.
     fn stand_in(&self, statement: &[Token]) -> Option<Item> {
         let [keyword, name, behind @ ..] = statement else { return None };
         if name.kind != TokenKind::Name || behind.first().is_some_and(|t| t.kind == TokenKind::Dot)
         {
             return None;
         }
-        let own = |token: &Token| Name {
+        let name_at = |token: &Token| Name {
             text: token.text(self.text).to_owned(),
             span: self.span(*token),
         };
@@ -181,7 +179,7 @@ impl Reader<'_, '_> {
         };
         let number = ExprKind::Number { value: 1.0, text: "1".to_owned(), unit: None };
         let value = Expr { span: self.span(*name), kind: number };
-        let (name, attributes) = (own(name), Vec::new());
+        let (name, attributes) = (name_at(name), Vec::new());
         let unknown = |declared| ItemKind::Unknown {
             declared,
             name: name.clone(),
@@ -208,8 +206,8 @@ impl Reader<'_, '_> {
         Some(Item { span, doc: Vec::new(), kind })
     }
 
-    /// Where an item with a block that is never closed ends: before the next line that begins an item no deeper
-    /// than this one.
+    /// The end of an item with an unclosed block: before the next line that begins an item with the same or less
+    /// indentation.
     pub(super) fn end_of_unclosed(&self, tokens: &[Token]) -> usize {
         let Some(first) = tokens.first() else { return 0 };
         let column = |token: &Token| {

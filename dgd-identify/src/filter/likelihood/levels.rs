@@ -1,34 +1,34 @@
-//! Levels of noise as variables of a search.
+//! Noise levels as variables of a search.
 //!
-//! | of | level | variable z | bounds |
+//! | level of | level | variable z | bounds |
 //! |---|---|---|---|
-//! | an output | σ = unit · eᶻ | ln(σ/unit) | what is told from rounding .. far above the scatter |
-//! | a state | rate = unit · √(eᶻ − 1) | ln(1 + (rate/unit)²) | 0 .. far above the usual rate |
+//! | an output | σ = unit · eᶻ | ln(σ/unit) | rounding error .. far above the scatter |
+//! | a state | rate = unit · √(eᶻ − 1) | ln(1 + (rate/unit)²) | 0 .. far above the default rate |
 //!
-//! A rate may be none at all. By its logarithm that would be infinitely far away, over a plain without
-//! slopes; here z = 0 is none, the likelihood has a slope there, as it has in the rate's square, and far above
-//! its unit z is a logarithm. The unit is the rate that is told from none with one standard deviation
+//! A rate may be zero. Its logarithm would then be infinite, beyond a plateau without slopes; here z = 0 means zero,
+//! the likelihood has a slope there, as it has with respect to the square of the rate, and far above its unit z is a
+//! logarithm. The unit is the rate whose estimate has a standard deviation of one unit near zero
 //! ([`Search::told_from_none`](super::Search)).
 
 use crate::variables::LARGEST_FACTOR;
 
-/// A level that is sought.
+/// A noise level to be estimated.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::filter) struct Sought {
     pub kind: Kind,
     pub unit: f64,
-    /// The level that a search begins with, and those it stays between, SI.
+    /// The initial level of a search, and its bounds, SI.
     first: f64,
     least: f64,
     most: f64,
 }
 
-/// What is sought.
+/// The kind of a level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::filter) enum Kind {
-    /// The noise of an output, above zero.
+    /// The noise of an output, positive.
     Noise,
-    /// How far a state strays in a second, zero or above.
+    /// The process noise of a state in a second, zero or positive.
     Rate,
 }
 
@@ -48,8 +48,7 @@ impl Sought {
         (self.variable(self.least), self.variable(self.most))
     }
 
-    /// How far a step of a search goes at most: far above its unit, the z of a rate is a logarithm of its
-    /// square.
+    /// Limit on a step of the search: far above its unit, the z of a rate is the logarithm of its square.
     pub(in crate::filter) fn reach(&self) -> f64 {
         match self.kind {
             Kind::Noise => LARGEST_FACTOR.ln(),
@@ -57,7 +56,7 @@ impl Sought {
         }
     }
 
-    /// z, where a search begins.
+    /// Initial z of a search.
     pub(in crate::filter) fn first(&self) -> f64 {
         self.variable(self.first)
     }
@@ -71,7 +70,7 @@ impl Sought {
             }
     }
 
-    /// z, of a level.
+    /// The z of a level.
     pub(in crate::filter) fn variable(&self, level: f64) -> f64 {
         match self.kind {
             Kind::Noise => (level / self.unit).ln(),

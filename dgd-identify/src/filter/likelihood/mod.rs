@@ -24,17 +24,17 @@ use levels::Sought;
 use prediction_error::{Level, PredictionErrorProblem};
 use side_by_side::{Along, Numbers, filter_side_by_side};
 
-/// Steps of the differences: in scaled parameters and start values, and in variables of levels.
+/// Step sizes of differences: in scaled parameters and start values, and in variables of levels.
 const STEP: f64 = 1e-3;
 const LEVEL_STEP: f64 = 1e-2;
-/// A rate is searched for up to so many times the usual one.
+/// Upper bound of a rate, as a multiple of the default.
 const MOST_RATE: f64 = 1e4;
-/// This part of the usual rate is hardly told from none.
+/// This fraction of the default rate is practically zero.
 const SMALL_RATE: f64 = 1e-4;
-/// A noise is searched for up to so many times what is left of neighbouring samples.
+/// Upper bound of a noise, as a multiple of the difference between neighbouring samples.
 const MOST_NOISE: f64 = 1e3;
 
-/// Usual rates, from the start of the first recording.
+/// Default rates, from the start of the first recording.
 fn usual(problem: &PredictionErrorProblem<'_>) -> Result<Tuning, EstimateError> {
     let Some(recording) = problem.recordings.first() else {
         return Err(EstimateError::NothingMeasured);
@@ -53,7 +53,7 @@ fn usual(problem: &PredictionErrorProblem<'_>) -> Result<Tuning, EstimateError> 
     usual_tuning(&filter, sample).map_err(not_filtered)
 }
 
-/// Why a trial failed.
+/// The reason why a trial failed.
 pub(in crate::filter) enum Failed {
     Trial(TrialFailed),
     /// Before any trial: the model cannot be filtered.
@@ -62,21 +62,21 @@ pub(in crate::filter) enum Failed {
 
 /// The variables of the search: parameters and start values, rates, noise.
 ///
-/// It knows no system, so that threads can share it.
+/// It does not contain the system, so that threads can share it.
 pub(in crate::filter) struct Search<'p> {
     pub(in crate::filter) p: &'p [f64],
     pub(in crate::filter) recordings: &'p [Recording],
-    /// Levels that are given.
+    /// Given levels.
     pub(in crate::filter) known_rates: &'p [Level],
     pub(in crate::filter) known_noise: &'p [Option<Level>],
     pub(in crate::filter) priors: &'p [Prior],
     pub(in crate::filter) options: Options,
     pub(in crate::filter) variables: Variables,
     pub(in crate::filter) first: Vec<f64>,
-    /// For each state and each output in use, the level where it is sought.
+    /// For each state and each used output, its level if it is estimated.
     pub(in crate::filter) rates: Vec<Option<Sought>>,
     pub(in crate::filter) noise: Vec<Option<Sought>>,
-    /// σ that ln det S is relative to, so that it does not fall below zero.
+    /// Reference σ for ln det S, so that it is not negative.
     pub(in crate::filter) least: Vec<f64>,
 }
 
@@ -135,12 +135,12 @@ impl<'p> Search<'p> {
         Ok(search)
     }
 
-    /// Levels that are sought: rates, then noise.
+    /// Estimated levels: rates, then noise.
     fn levels(&self) -> impl Iterator<Item = &Sought> {
         self.rates.iter().chain(&self.noise).flatten()
     }
 
-    /// How far a step goes at most in each variable.
+    /// Limit on a step in each variable.
     pub(in crate::filter) fn reach(&self) -> Vec<f64> {
         let of_levels = self.levels().map(Sought::reach);
         self.variables.all.iter().map(Variable::reach).chain(of_levels).collect()
@@ -151,11 +151,11 @@ impl<'p> Search<'p> {
         self.variables.all.iter().map(Variable::bounds).chain(of_levels).collect()
     }
 
-    /// Makes the unit of each rate the one that is told from none with one standard deviation, where the
-    /// search begins:
+    /// Sets the unit of each rate to the one that differs from zero by one standard deviation at the start of the
+    /// search:
     ///
     /// ```text
-    ///   unit⁴ = 1/I,   I = Σ ½ tr(S⁻¹ S′ S⁻¹ S′),   S′ = ∂S/∂(rate²) where no state strays
+    ///   unit⁴ = 1/I,   I = Σ ½ tr(S⁻¹ S′ S⁻¹ S′),   S′ = ∂S/∂(rate²) without process noise
     /// ```
     fn tell_from_none(&mut self, system: &dyn Model, threads: usize) {
         let n_rates = self.rates.iter().flatten().count();
@@ -185,7 +185,7 @@ impl<'p> Search<'p> {
             })
             .map(|()| sums)
         });
-        // Where the model cannot do without corrections, a small rate has to be small enough.
+        // If the model needs corrections, a small rate has to suffice.
         let Ok(of_recordings) = of_recordings.into_iter().collect::<Result<Vec<_>, _>>() else {
             return;
         };
@@ -193,7 +193,7 @@ impl<'p> Search<'p> {
             let information: f64 = of_recordings.iter().map(|sums| sums[i]).sum();
             let usual = sought.unit / SMALL_RATE;
             let unit = sought.unit / information.sqrt().sqrt();
-            // A state that no output shows cannot be told from one that does not stray.
+            // A state that affects no output has no observable process noise.
             sought.unit = if unit.is_finite() { unit.min(MOST_RATE * usual) } else { usual };
         }
     }
@@ -216,8 +216,8 @@ impl<'p> Search<'p> {
         Tuning { states, parameters: Vec::new(), noise }
     }
 
-    /// −2 ln L less a constant; with its derivatives where it is below `least`, and zeros else: no step is
-    /// taken from there.
+    /// −2 ln L less a constant; with its derivatives if it is below `least`, otherwise with zeros because no step
+    /// starts there.
     pub(in crate::filter) fn better(
         &self,
         system: &dyn Model,
@@ -227,15 +227,15 @@ impl<'p> Search<'p> {
     ) -> Result<NormalEquations, Failed> {
         let bounds = self.bounds();
         if least.is_finite() {
-            let at = self.sum(system, threads, z, |_| Differences::none(z))?;
-            if at.cost >= least || at.cost.is_nan() {
-                return Ok(at);
+            let value = self.sum(system, threads, z, |_| Differences::none(z))?;
+            if value.cost >= least || value.cost.is_nan() {
+                return Ok(value);
             }
         }
         self.sum(system, threads, z, |r| self.differences(r, z, &bounds))
     }
 
-    /// The sum over all recordings, with the derivatives that `differences` of each give.
+    /// The sum over all recordings, with the derivatives from the `differences` of each.
     fn sum(
         &self,
         system: &dyn Model,
@@ -243,14 +243,14 @@ impl<'p> Search<'p> {
         z: &[f64],
         differences: impl Fn(usize) -> Differences + Sync,
     ) -> Result<NormalEquations, Failed> {
-        let of = self.of_recordings(system, threads, |system, r, threads| {
+        let contributions = self.of_recordings(system, threads, |system, r, threads| {
             let Differences { points, weights } = differences(r);
             let mut sum = NormalEquations::zeros(z.len());
             self.filter(system, r, &points, threads, |row| self.add(&mut sum, row, &weights))?;
             Ok(sum)
         });
         let mut sum = NormalEquations::zeros(z.len());
-        for of_recording in of {
+        for of_recording in contributions {
             let of_recording = of_recording?;
             sum.cost += of_recording.cost;
             sum.gradient += of_recording.gradient;
@@ -265,8 +265,8 @@ impl<'p> Search<'p> {
         Ok(sum)
     }
 
-    /// Results for all recordings. Where there are fewer of them than threads, one comes after the other,
-    /// and its filters share the threads.
+    /// Results for all recordings. If these are fewer than the threads, they are processed one by one, and the filters
+    /// of each share the threads.
     fn of_recordings<T: Send>(
         &self,
         system: &dyn Model,
@@ -278,7 +278,7 @@ impl<'p> Search<'p> {
         in_parallel_by_model(system, count, outside, |system, r| work(system, r, inside))
     }
 
-    /// Gives `take` the innovations of filters with the numbers of `points`, row after row of a recording.
+    /// Passes the innovations of filters with the numbers of `points` to `take`, row by row of a recording.
     fn filter(
         &self,
         system: &dyn Model,
@@ -293,12 +293,12 @@ impl<'p> Search<'p> {
             start: self.variables.starts(r, &recording.start, z),
             tuning: self.tuning(z),
         };
-        let all: Vec<Numbers> = points.iter().map(numbers).collect();
+        let filters: Vec<Numbers> = points.iter().map(numbers).collect();
         let along = Along { recording, position: r, options: self.options };
-        filter_side_by_side(system, along, &all, threads, take)
+        filter_side_by_side(system, along, &filters, threads, take)
     }
 
-    /// What is known beforehand of parameters that are free.
+    /// Adds the priors of free parameters.
     fn add_priors(&self, sum: &mut NormalEquations, z: &[f64]) {
         let p = self.variables.parameters(self.p, z);
         for term in self.priors.iter().filter_map(|prior| prior.term(&self.variables, &p, z)) {
@@ -308,15 +308,15 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// How derivatives are taken to the variables that concern a recording.
+    /// Differences with respect to the variables that affect a recording.
     fn differences(&self, r: usize, z: &[f64], bounds: &[(f64, f64)]) -> Differences {
-        // Start values of other recordings do not concern this one.
-        let own = |j: usize| match self.variables.all.get(j) {
+        // Start values of other recordings do not affect this one.
+        let is_relevant = |j: usize| match self.variables.all.get(j) {
             Some(variable) => variable.recording.is_none_or(|of| of == r),
             None => true,
         };
         let mut differences = Differences::none(z);
-        for j in (0..z.len()).filter(|j| own(*j)) {
+        for j in (0..z.len()).filter(|j| is_relevant(*j)) {
             let h = if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
             let (low, high) = bounds[j];
             differences.push(j, h, low, high);
@@ -367,11 +367,11 @@ impl<'p> Search<'p> {
     }
 }
 
-/// Points around z, and what derivatives are of what is evaluated there.
+/// Points around z, and the derivatives as weighted sums over these points.
 struct Differences {
     /// z, then others.
     points: Vec<Vec<f64>>,
-    /// Variables, each with the points that its derivative is a weighted sum over.
+    /// Variables, each with the points and weights of its derivative.
     weights: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
@@ -381,8 +381,7 @@ impl Differences {
         Self { points: vec![z.to_vec()], weights: Vec::new() }
     }
 
-    /// Differences of second order with steps of h: central ones, and where a bound is too near for them
-    /// those into the open side.
+    /// Differences of second order with step h: central ones, or one-sided ones next to a bound.
     ///
     /// ```text
     ///   f′ = (f(z + h) − f(z − h))/2h      f′ = (−3 f(z) + 4 f(z + h) − f(z + 2h))/2h
@@ -397,7 +396,7 @@ impl Differences {
             let weights = vec![(0, -1.5 / side), (first, 2.0 / side), (first + 1, -0.5 / side)];
             ([z + side, z + 2.0 * side], weights)
         } else {
-            // Bounds hardly leave anything.
+            // Bounds leave hardly any room.
             let (below, above) = ((z - h).max(low), (z + h).min(high));
             let width = above - below;
             ([below, above], vec![(first, -1.0 / width), (first + 1, 1.0 / width)])
@@ -437,8 +436,8 @@ impl Innovated {
     }
 }
 
-/// Positions of the rows of a recording, the second of two with one time, each with its samples; NaN for one
-/// that does not count.
+/// Positions of the rows of a recording, only the second of two with the same time, each with its samples; NaN for
+/// samples that do not count.
 pub(in crate::filter) fn counting_rows(
     recording: &Recording,
 ) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
@@ -454,7 +453,7 @@ pub(in crate::filter) fn counting_rows(
 }
 
 impl Failed {
-    /// Where the search begins it ends it.
+    /// The error if the starting point of the search fails.
     pub(in crate::filter) fn at_start(self) -> EstimateError {
         match self {
             Failed::Trial(failed) => EstimateError::Start(failed),

@@ -1,22 +1,22 @@
-//! Parameters, start values and levels of noise by the likelihood of the innovations.
+//! Estimates parameters, start values and noise levels by the likelihood of the innovations.
 //!
 //! ```text
 //!   minimise  −2 ln L = Σ ln det S + εᵀ S⁻¹ ε      over θ, x(0) of each recording, rates of dβ, σ
 //! ```
 //!
-//! ε and S are those of an extended Kalman filter with known start values. Without process noise nothing is
-//! corrected, S is σ², and this is the fit by simulation error.
+//! ε and S are those of an extended Kalman filter with known start values. Without process noise there are no
+//! corrections, S is σ², and this is the fit by simulation error.
 //!
-//! The minimum is found by Fisher's scoring within bounds ([`minimise`]), with what [`super::secant`] knows of the
-//! Hessian beside the information: with primes for derivatives,
+//! The minimum is found by Fisher scoring within bounds ([`minimise`]), with the estimate of the Hessian by
+//! [`super::secant`] in addition to the information: with primes for derivatives,
 //!
 //! ```text
 //!   gradient:     Σ ½ tr(S⁻¹S′) + ε′ᵀ S⁻¹ ε − ½ εᵀ S⁻¹ S′ S⁻¹ ε
 //!   information:  Σ ε′ᵀ S⁻¹ ε′ + ½ tr(S⁻¹ S′ S⁻¹ S′)
 //! ```
 //!
-//! ε′ and S′ are central differences; the filters that they need run side by side, so that no innovation is
-//! kept. The inverse of the information is the covariance of the estimates.
+//! ε′ and S′ are central differences; the required filters run side by side, so that no innovations are stored. The
+//! inverse of the information is the covariance of the estimates.
 //!
 //! Ljung, System Identification, 2nd ed. (1999), ch. 7; Kristensen, Madsen, Jørgensen, Parameter estimation in
 //! stochastic grey-box models, Automatica 40 (2004) 225; the information is that of Goodrich and Caines, IEEE
@@ -42,49 +42,49 @@ use crate::recording::Recording;
 use crate::uncertainty::{Estimate, Uncertainty, Undetermined};
 use crate::variables::Bound;
 
-/// Eigenvalues of the information below this part of the largest are not told from zero: differences are
-/// known to some thousandth, and enter in squares.
+/// Eigenvalues of the information below this fraction of the largest count as zero: differences are accurate to about a
+/// thousandth, and enter squared.
 const UNSEEN: f64 = 1e-9;
 
-/// A deviance whose derivatives are differences is known to this: its threshold of 95 % is 3.8.
+/// Accuracy of a deviance whose derivatives are differences: its 95 % threshold is 3.8.
 const KNOWN: f64 = 1e-4;
 
-/// Where a level of noise comes from.
+/// The source of a noise level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Level {
-    /// This, SI.
+    /// A known value, SI.
     Known(f64),
-    /// It is estimated.
+    /// An estimate.
     Estimated,
-    /// It is the parameter at this position.
+    /// The parameter at this position.
     Parameter(usize),
 }
 
-/// What to estimate from what.
+/// A problem of prediction error estimation.
 #[derive(Debug, Clone)]
 pub struct PredictionErrorProblem<'a> {
-    /// The model. Its directions are what can be free, and have the start values of all unknowns that are
-    /// differential in some mode among them.
+    /// The model. Its directions are the possible free quantities, and include the start values of all unknowns that
+    /// are differential in some mode.
     pub system: &'a dyn Model,
-    /// All parameters, SI: values of those that are not free, first guesses of the others.
+    /// All parameters, SI: values of fixed ones, first guesses of free ones.
     pub p: &'a [f64],
     /// Which of the directions are free.
     pub free: Vec<bool>,
-    /// What was recorded. Of two rows with one time the second counts.
+    /// The recordings. Of two rows with the same time the second counts.
     pub recordings: &'a [Recording],
-    /// For each unknown that is differential in some mode, how far it strays by itself in a second, SI/√s.
+    /// For each unknown that is differential in some mode, its process noise, SI/√s.
     pub rates: Vec<Level>,
-    /// For each output, the standard deviation of its noise, SI; `None` for one that is not used.
+    /// For each output, the standard deviation of its noise, SI; `None` if it is not used.
     pub noise: Vec<Option<Level>>,
-    /// What is known beforehand.
+    /// The priors.
     pub priors: Vec<Prior>,
-    /// How to integrate. Differences need a tight tolerance.
+    /// Integrator options. Differences need a tight tolerance.
     pub options: Options,
-    /// When to stop.
+    /// The stopping rule.
     pub stopping: StoppingRule,
-    /// How many recordings are filtered at a time. Results do not depend on it.
+    /// Number of recordings filtered in parallel. Results do not depend on it.
     pub threads: usize,
-    /// Who looks on, and may stop it.
+    /// Progress and cancellation.
     pub watch: &'a dyn Watch,
 }
 
@@ -109,7 +109,7 @@ impl<'a> PredictionErrorProblem<'a> {
         }
     }
 
-    /// The same with filters that nobody stops: those that a result needs, where there is one.
+    /// The problem without cancellation, for filters that the result of a cancelled search needs.
     #[must_use]
     pub fn unwatched(&self) -> Self {
         let options = Options { watched: None, ..self.options };
@@ -117,36 +117,36 @@ impl<'a> PredictionErrorProblem<'a> {
     }
 }
 
-/// A level of noise.
+/// An estimated noise level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelEstimate {
     /// Its value, SI.
     pub value: f64,
-    /// Standard deviation of its logarithm; `None` where it was given, is at a bound, or not determined.
+    /// Standard deviation of its logarithm; `None` if it was given, is at a bound, or is not determined.
     pub log_std: Option<f64>,
-    /// The bound that was reached: at the lower one the data asks for none.
+    /// The bound that was reached; the lower one means that the data shows no noise.
     pub at_bound: Option<Bound>,
 }
 
-/// What was estimated.
+/// The result of a prediction error estimation.
 #[derive(Debug, Clone)]
 pub struct PredictionError {
     /// All parameters, SI.
     pub p: Vec<f64>,
     /// Start values that replace the model's, for each recording.
     pub starts: Vec<Starts>,
-    /// What was estimated: parameters, then the start values of each recording.
+    /// The estimates: parameters, then the start values of each recording.
     pub estimates: Vec<Estimate>,
-    /// Changes of the estimates that the innovations do not see. Positions from `estimates.len()` on are
-    /// levels of noise, rates first.
+    /// Changes of the estimates that do not affect the innovations. Positions from `estimates.len()` on are noise
+    /// levels, rates first.
     pub undetermined: Vec<Undetermined>,
-    /// How far each unknown that is differential in some mode strays by itself in a second, SI/√s.
+    /// Process noise of each unknown that is differential in some mode, SI/√s.
     pub rates: Vec<LevelEstimate>,
     /// Standard deviation of each output's noise, SI.
     pub noise: Vec<Option<LevelEstimate>>,
     /// −2 ln of the likelihood.
     pub deviance: f64,
-    /// Samples that count, of all outputs in use.
+    /// Samples that count, of all used outputs.
     pub samples: usize,
     /// Accepted steps.
     pub iterations: usize,
@@ -161,12 +161,12 @@ pub struct PredictionError {
 }
 
 impl PredictionError {
-    /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
+    /// Covariance of two estimates, SI; `None` if one of them is at a bound or not determined.
     pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
         Some(self.uncertainty.covariance(i, j)? * self.slopes[i] * self.slopes[j])
     }
 
-    /// Says no more how sure the estimates are: where the noise is not known, neither is that.
+    /// Drops the standard errors: if the noise is unknown, so are these.
     pub fn forget_uncertainty(&mut self) {
         self.uncertainty.forget(&mut self.estimates);
         let levels = self.rates.iter_mut().chain(self.noise.iter_mut().flatten());
@@ -174,14 +174,14 @@ impl PredictionError {
     }
 }
 
-/// Estimates parameters, start values and levels of noise by the innovations of an extended Kalman filter.
+/// Estimates parameters, start values and noise levels by the innovations of an extended Kalman filter.
 ///
-/// What its watch stops gives the best so far ([`PredictionError::termination`]).
+/// If it is cancelled, the result is the best so far ([`PredictionError::termination`]).
 ///
 /// # Errors
 ///
-/// [`EstimateError`]: nothing to estimate or to estimate from, the model cannot be filtered, or not where the
-/// search begins.
+/// [`EstimateError`]: nothing to estimate or to estimate from, or the model cannot be filtered, in general or at the
+/// starting point.
 pub fn prediction_error(
     problem: &PredictionErrorProblem<'_>,
 ) -> Result<PredictionError, EstimateError> {
@@ -205,8 +205,8 @@ pub fn prediction_error(
         *z = z.clamp(*low, *high);
     }
     let minimum = minimised(&search, problem, z, &bounds, &problem.stopping, |done| {
-        let of = Of::AtMost(problem.stopping.evaluations + 1);
-        problem.watch.advanced(Progress { what: "evaluations", done, of });
+        let limit = Of::AtMost(problem.stopping.evaluations + 1);
+        problem.watch.advanced(Progress { what: "evaluations", done, of: limit });
     });
     let minimum = minimum.map_err(Failed::at_start)?;
     Ok(PredictionError {
@@ -218,11 +218,11 @@ pub fn prediction_error(
     })
 }
 
-/// The least −2 ln L within bounds, from `z`; `told` is told how often it was evaluated.
+/// The minimum of −2 ln L within bounds, starting from `z`; `told` receives the number of evaluations.
 ///
 /// # Errors
 ///
-/// The model cannot be filtered at `z`.
+/// If the model cannot be filtered at `z`.
 pub(in crate::filter) fn minimised(
     search: &Search<'_>,
     problem: &PredictionErrorProblem<'_>,
@@ -234,10 +234,10 @@ pub(in crate::filter) fn minimised(
     let (mut done, mut least) = (0, f64::INFINITY);
     let mut secant = Secant::new(z.len());
     let mut evaluate = |z: &[f64]| {
-        let at = search.better(problem.system, problem.threads, z, least);
+        let evaluated = search.better(problem.system, problem.threads, z, least);
         done += 1;
         told(done);
-        let mut normal = at?;
+        let mut normal = evaluated?;
         let mut information = normal.information.clone();
         if normal.cost < least {
             least = normal.cost;
@@ -247,7 +247,7 @@ pub(in crate::filter) fn minimised(
         Ok(Evaluated { normal, information })
     };
     let first = evaluate(&z)?;
-    // A cost that is found on the way is less than the first.
+    // Costs during the search are lower than the first.
     let reduction = stopping.reduction.max(NEGLIGIBLE_REDUCTION / first.normal.cost);
     let accuracy = stopping.accuracy.max(KNOWN / first.normal.cost);
     let rule = StoppingRule { reduction, accuracy, ..*stopping };
@@ -275,17 +275,17 @@ impl AsRef<NormalEquations> for Evaluated {
     }
 }
 
-/// The filter of an estimate, along recordings: a row for each sample, but for the first of two with one time.
+/// The filter of an estimate along recordings: a row for each sample, except for the first of two with the same time.
 ///
 /// `starts` are start values for each recording of the problem, such as [`PredictionError::starts`].
 ///
 /// # Errors
 ///
-/// [`EstimateError`]: the model cannot be filtered with these numbers.
+/// [`EstimateError`] if the model cannot be filtered with these numbers.
 ///
 /// # Panics
 ///
-/// When lengths are not those of the model's signature, or there are not as many starts as recordings.
+/// If lengths do not match the model's signature, or there are not as many starts as recordings.
 pub fn predictions(
     problem: &PredictionErrorProblem<'_>,
     found: &PredictionError,
@@ -326,7 +326,7 @@ pub fn predictions(
     problem.recordings.iter().zip(starts).enumerate().map(along).collect()
 }
 
-/// Samples of outputs in use that count.
+/// Samples of used outputs that count.
 fn samples(problem: &PredictionErrorProblem<'_>) -> usize {
     let outputs = (0..problem.noise.len()).filter(|i| problem.noise[*i].is_some());
     outputs.map(|i| samples_of(problem.recordings, i)).sum()
@@ -341,7 +341,7 @@ fn samples_of(recordings: &[Recording], output: usize) -> usize {
 }
 
 impl Search<'_> {
-    /// What was found at z.
+    /// The result at z.
     fn finish(&self, z: &[f64], at: &Evaluated, signature: &Signature) -> PredictionError {
         let bounds = self.bounds();
         let reached: Vec<Option<Bound>> = z
@@ -353,23 +353,24 @@ impl Search<'_> {
                 _ => None,
             })
             .collect();
-        let held: Vec<bool> = reached.iter().map(Option::is_some).collect();
-        let uncertainty = Uncertainty::new(&at.information, &held, UNSEEN);
+        let is_fixed: Vec<bool> = reached.iter().map(Option::is_some).collect();
+        let uncertainty = Uncertainty::new(&at.information, &is_fixed, UNSEEN);
         let std = |i: usize| uncertainty.covariance(i, i).map(f64::sqrt);
-        let all = &self.variables.all;
-        let slopes: Vec<f64> = all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
-        let estimates = (0..all.len())
+        let variables = &self.variables.all;
+        let slopes: Vec<f64> =
+            variables.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
+        let estimates = (0..variables.len())
             .map(|i| Estimate {
                 name: self.variables.name(signature, i),
-                of: all[i].of,
-                recording: all[i].recording,
-                value: all[i].value(z[i]),
+                of: variables[i].of,
+                recording: variables[i].recording,
+                value: variables[i].value(z[i]),
                 std: std(i).map(|std| std * slopes[i].abs()),
                 at_bound: reached[i],
             })
             .collect();
         let tuning = self.tuning(z);
-        let mut position = all.len();
+        let mut position = variables.len();
         let mut level = |value: f64, sought: &Option<Sought>| {
             let Some(sought) = sought else {
                 return LevelEstimate { value, log_std: None, at_bound: None };
@@ -384,7 +385,7 @@ impl Search<'_> {
         let noise = tuning.noise.iter().zip(&self.noise);
         let noise = noise.map(|(sigma, sought)| sigma.map(|sigma| level(sigma, sought)));
         let noise = noise.collect();
-        // The constant: ln 2π of each sample, and what ln det S is relative to.
+        // The constant: ln 2π of each sample, and the reference of ln det S.
         let outputs = (0..self.least.len()).filter(|i| self.known_noise[*i].is_some());
         let constant: f64 = outputs
             .map(|i| {

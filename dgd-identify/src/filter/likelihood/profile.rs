@@ -1,5 +1,5 @@
-//! How far an estimate of the innovations' likelihood can go while the others, levels of noise among them, make
-//! up for it, as [`crate::profiles`] says of a simulation.
+//! Profile likelihood of the innovations: the other estimates, including noise levels, are re-optimised, as in
+//! [`crate::profiles`] for simulations.
 
 use std::cell::Cell;
 
@@ -12,14 +12,14 @@ use crate::minimise::trust_region::StoppingRule;
 use crate::output_error::NEGLIGIBLE_REDUCTION;
 use crate::variables::Scale;
 
-/// A deviance is known well enough where steps gain less than this: its threshold is 3.8.
+/// A deviance is accurate enough if steps gain less than this: its threshold is 3.8.
 const NEGLIGIBLE: f64 = 1e-4;
 
-/// Most evaluations of a point.
+/// Limit on the evaluations of a point.
 const MOST_EVALUATIONS: usize = 40;
 
-/// The profiles of some estimates of this problem, in the order of `estimates`. Where its watch stops it, those
-/// that are complete are given ([`Profile::estimate`] says which they are).
+/// The profiles of some estimates of this problem, in the order of `estimates`. If cancelled, returns those that are
+/// complete ([`Profile::estimate`] identifies them).
 ///
 /// # Errors
 ///
@@ -27,7 +27,7 @@ const MOST_EVALUATIONS: usize = 40;
 ///
 /// # Panics
 ///
-/// When `found` was not found in the problem, or an estimate is not one of it.
+/// If `found` is not a result of the problem, or an estimate is not one of it.
 pub fn prediction_error_profiles(
     problem: &PredictionErrorProblem<'_>,
     found: &PredictionError,
@@ -44,7 +44,7 @@ pub fn prediction_error_profiles(
     Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
 }
 
-/// Estimates, along one of which the others are fitted.
+/// The profile along an estimate.
 struct Along<'a, 'p> {
     problem: &'a PredictionErrorProblem<'p>,
     search: Search<'a>,
@@ -75,7 +75,7 @@ impl Along<'_, '_> {
             is_stopped: &|| problem.watch.is_stopped(),
         };
         let mut profile = Profile::along(&way, of_variable, &sizes, &evaluations);
-        // Levels of noise have no names of their own.
+        // Noise levels have no names of their own.
         let n = found.estimates.len();
         for terms in [&mut profile.with_lower, &mut profile.with_upper] {
             terms.retain(|term| term.estimate < n);
@@ -85,7 +85,7 @@ impl Along<'_, '_> {
         profile
     }
 
-    /// The least deviance with the estimate held at a value; `None` where no minimum is found.
+    /// The minimal deviance with the estimate fixed at a value; `None` if no minimum is found.
     fn place(
         &self,
         j: usize,

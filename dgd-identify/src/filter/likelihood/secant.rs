@@ -1,8 +1,8 @@
-//! What Fisher's information lacks of the Hessian, from gradients along the way.
+//! The difference between Fisher's information and the Hessian, learnt from gradients during the search.
 //!
-//! Where the model is not quite right, innovations are not what their covariance says, and the information
-//! is not the curvature of the likelihood: scoring goes to and fro around the minimum. H = I + A has the
-//! curvature that the gradients g at the last two points say,
+//! If the model is not quite right, innovations do not have the predicted covariance, and the information is not the
+//! curvature of the likelihood: scoring oscillates around the minimum. H = I + A has the curvature given by the
+//! gradients g at the last two points,
 //!
 //! ```text
 //!   M = I₊ + τ A,   s = z₊ − z,   y = g₊ − g,   τ = min(1, |sᵀ(y − I₊ s)| / |sᵀA s|)
@@ -17,14 +17,14 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::minimise::trust_region::NormalEquations;
 
-/// Gradients whose difference is less along the step than this part of their lengths say nothing.
+/// Gradients whose difference along the step is below this fraction of their lengths contain no information.
 const NO_CURVATURE: f64 = 1e-8;
 
-/// What is known of the Hessian.
+/// The current estimate of the Hessian.
 pub(in crate::filter) struct Secant {
     /// A.
     rest: DMatrix<f64>,
-    /// The last point, and the gradient there.
+    /// The last point, and its gradient.
     last: Option<(DVector<f64>, DVector<f64>)>,
 }
 
@@ -69,8 +69,8 @@ mod tests {
         DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 3.0])
     }
 
-    /// H after a quadratic function, whose information is half of its curvature in one direction and twice
-    /// in another, was seen at some points.
+    /// H after evaluating a quadratic function at some points; its information is half of the curvature in one
+    /// direction and twice the curvature in another.
     fn after(points: impl IntoIterator<Item = [f64; 2]>) -> DMatrix<f64> {
         let information = DMatrix::from_row_slice(2, 2, &[2.0, 0.0, 0.0, 6.0]);
         let mut secant = Secant::new(2);

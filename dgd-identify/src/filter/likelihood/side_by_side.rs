@@ -1,8 +1,7 @@
-//! Filters with several sets of numbers along one recording, row by row.
+//! Runs filters with several sets of numbers along one recording, row by row.
 //!
-//! Each thread has some of the filters and takes them through a stretch of rows; then the innovations of
-//! all are looked at together, row by row, and forgotten. What is done with them does not depend on how
-//! many threads there are.
+//! Each thread takes some of the filters through a stretch of rows; then the innovations of all filters are processed
+//! together, row by row, and dropped. The results do not depend on the number of threads.
 
 use std::sync::mpsc::sync_channel;
 
@@ -17,17 +16,17 @@ use crate::filter::problem::{Estimator, FilterProblem, Tuning};
 use crate::output_error::Starts;
 use crate::recording::Recording;
 
-/// Rows between two looks.
+/// Rows in a stretch.
 const STRETCH: usize = 256;
 
-/// The numbers of a filter.
+/// The parameters of one filter.
 pub(in crate::filter) struct Numbers {
     pub p: Vec<f64>,
     pub start: Starts,
     pub tuning: Tuning,
 }
 
-/// A recording, its position, and how its intervals are integrated.
+/// A recording, its position, and the integrator options.
 #[derive(Clone, Copy)]
 pub(in crate::filter) struct Along<'a> {
     pub recording: &'a Recording,
@@ -35,18 +34,18 @@ pub(in crate::filter) struct Along<'a> {
     pub options: Options,
 }
 
-/// Innovations of some filters over a stretch: for each filter, row after row. The first row in which a
-/// filter failed ends it, with the position of the filter.
+/// Innovations of some filters over a stretch: for each filter, row by row. The first row in which a filter failed ends
+/// it, with the position of the filter.
 struct Stretch {
     innovated: Vec<Vec<Innovated>>,
     failed: Option<(usize, usize, Failed)>,
 }
 
-/// Gives `take` the innovations of all filters, row after row.
+/// Passes the innovations of all filters to `take`, row by row.
 ///
 /// # Errors
 ///
-/// The first row that cannot be filtered; of several filters that of the first.
+/// The first row that cannot be filtered; if several filters fail there, the error of the first.
 pub(in crate::filter) fn filter_side_by_side(
     system: &dyn Model,
     along: Along<'_>,
@@ -66,7 +65,7 @@ pub(in crate::filter) fn filter_side_by_side(
     std::thread::scope(|scope| {
         let stretches: Vec<_> = (all.chunks(share).enumerate())
             .map(|(k, some)| {
-                // Nobody runs further ahead than one stretch.
+                // No thread runs ahead by more than one stretch.
                 let (send, receive) = sync_channel(1);
                 let system = system.copied();
                 scope.spawn(move || {
@@ -88,7 +87,7 @@ pub(in crate::filter) fn filter_side_by_side(
     })
 }
 
-/// Looks at a stretch of all filters.
+/// Processes a stretch of all filters.
 fn look(stretches: Vec<Stretch>, take: &mut impl FnMut(&[&Innovated])) -> Result<(), Failed> {
     let (mut of_all, mut first) = (Vec::new(), None);
     for Stretch { innovated, failed } in stretches {
@@ -109,7 +108,7 @@ fn look(stretches: Vec<Stretch>, take: &mut impl FnMut(&[&Innovated])) -> Result
     Ok(())
 }
 
-/// Takes filters through a recording, and tells of each stretch until nobody wants to know.
+/// Runs filters through a recording and sends each stretch until the receiver is gone.
 fn filter_some(
     system: &dyn Model,
     along: Along<'_>,
@@ -138,10 +137,10 @@ fn filter_some(
         if stretch.is_empty() {
             return;
         }
-        let mut told = Stretch { innovated: Vec::with_capacity(some.len()), failed: None };
+        let mut result = Stretch { innovated: Vec::with_capacity(some.len()), failed: None };
         for (i, filter) in filters.iter_mut().enumerate() {
-            // Rows after a failure are not looked at.
-            let until = told.failed.as_ref().map_or(stretch.len(), |(row, _, _)| *row);
+            // Rows after a failure are ignored.
+            let until = result.failed.as_ref().map_or(stretch.len(), |(row, _, _)| *row);
             let mut innovated = Vec::with_capacity(until);
             for (row, (k, measured)) in stretch[..until].iter().enumerate() {
                 let (t, inputs) = (recording.times[*k], &recording.inputs);
@@ -155,7 +154,7 @@ fn filter_some(
                         row
                     })
                 };
-                // A row in which the model could not be evaluated spoils the likelihood.
+                // A row in which the model could not be evaluated invalidates the likelihood.
                 let failure = match moved {
                     Err(error) => Some(Failed::of(error, position)),
                     Ok(row) => row
@@ -163,15 +162,15 @@ fn filter_some(
                         .map(|reason| Failed::Trial(TrialFailed { recording: position, reason })),
                 };
                 if let Some(failure) = failure {
-                    told.failed = Some((row, first + i, failure));
+                    result.failed = Some((row, first + i, failure));
                     break;
                 }
                 innovated.extend(filter.as_mut().map(Filter::take_innovated));
             }
-            told.innovated.push(innovated);
+            result.innovated.push(innovated);
         }
-        let has_failed = told.failed.is_some();
-        if !tell(told) || has_failed {
+        let has_failed = result.failed.is_some();
+        if !tell(result) || has_failed {
             return;
         }
     }

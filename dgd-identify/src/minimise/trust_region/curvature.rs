@@ -1,15 +1,15 @@
-//! What JᵀJ lacks of the Hessian where residuals are large, from gradients along the way.
+//! The difference between JᵀJ and the Hessian for large residuals, learnt from gradients during the search.
 //!
-//! The Hessian of ½ Σ r² is JᵀJ + Σ r ∇²r. The second part is small where residuals are; where they are not, it is
-//! learnt from steps s that were taken, as the symmetric matrix next to the last one, in the metric of the
-//! Hessian, that says what the gradients g have changed by:
+//! The Hessian of ½ Σ r² is JᵀJ + Σ r ∇²r. The second part is small if residuals are; otherwise it is learnt from
+//! accepted steps s, as the symmetric matrix closest to the last one, in the metric of the Hessian, that is consistent
+//! with the change of the gradients g:
 //!
 //! ```text
 //!   y = g₊ − g − J₊ᵀJ₊ s,   v = g₊ − g,   τ = min(1, |sᵀy| / |sᵀS s|),   u = y − τ S s
 //!   S₊ = τ S + (u vᵀ + v uᵀ)/(vᵀs) − (sᵀu) v vᵀ/(vᵀs)²
 //! ```
 //!
-//! Which of JᵀJ and JᵀJ + S makes steps is decided by which foretold the last one better.
+//! Steps use JᵀJ or JᵀJ + S, whichever predicted the last one better.
 //!
 //! Dennis, Gay, Welsch, An adaptive nonlinear least-squares algorithm, ACM TOMS 7 (1981) 348, §3 and §4.
 
@@ -17,13 +17,13 @@ use nalgebra::{DMatrix, DVector};
 
 use super::problem::NormalEquations;
 
-/// Gradients whose difference is less along the step than this part of their lengths say nothing.
+/// Gradients whose difference along the step is below this fraction of their lengths contain no information.
 const NO_CURVATURE: f64 = 1e-8;
 
-/// The other model is better if it foretold a step by this factor better.
+/// The other model is better if it predicted a step better by this factor.
 const CLEARLY: f64 = 1.5;
 
-/// What is known of the second part, and whether steps are made with it.
+/// The current estimate of the second part, and whether steps use it.
 pub(super) struct Curvature {
     rest: DMatrix<f64>,
     is_known: bool,
@@ -35,17 +35,17 @@ impl Curvature {
         Self { rest: DMatrix::zeros(n, n), is_known: false, is_used: false }
     }
 
-    /// Whether it has a part in steps.
+    /// Whether steps use it.
     pub(super) fn is_used(&self) -> bool {
         self.is_used
     }
 
-    /// The Hessian that steps are made with.
+    /// The Hessian for steps.
     pub(super) fn hessian(&self, normal: &NormalEquations) -> DMatrix<f64> {
         if self.is_used { &normal.information + &self.rest } else { normal.information.clone() }
     }
 
-    /// Whether the model that is not used foretold the change of a sum clearly better than that which was.
+    /// Whether the unused model predicted the change of a sum clearly better than the used one.
     pub(super) fn other_is_better(
         &self,
         normal: &NormalEquations,
@@ -61,12 +61,12 @@ impl Curvature {
         CLEARLY * (reduction - other).abs() < (reduction - used).abs()
     }
 
-    /// Steps are made by the other model from now on.
+    /// Makes steps use the other model from now on.
     pub(super) fn switch(&mut self) {
         self.is_used = !self.is_used;
     }
 
-    /// Learns from a step that was taken. Where residuals have no derivatives gradients are not those of the sum.
+    /// Learns from an accepted step. If residuals lack derivatives, gradients are not those of the sum.
     pub(super) fn learn(
         &mut self,
         step: &DVector<f64>,
@@ -79,7 +79,7 @@ impl Curvature {
         let v = &after.gradient - &before.gradient;
         let y = &v - &after.information * step;
         let along = v.dot(step);
-        // NaN compares false.
+        // False for NaN.
         let says_something = along > NO_CURVATURE * v.norm() * step.norm();
         if !says_something {
             return;
@@ -112,8 +112,8 @@ mod tests {
         }
     }
 
-    /// After steps in all directions on a quadratic function, the last one is known exactly: (JᵀJ + S) s is what
-    /// the gradient has changed by. S is symmetric and made of nothing but what was seen.
+    /// After steps in all directions on a quadratic function, the last one is reproduced exactly: (JᵀJ + S) s is the
+    /// change of the gradient. S is symmetric and contains only observed curvature.
     #[test]
     fn the_last_step_gives_the_curvature_along_it() {
         let hessian = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 3.0]);
@@ -142,9 +142,9 @@ mod tests {
         curvature.learn(&step, &first, &NormalEquations { is_whole: false, ..second.clone() });
         assert!(!curvature.is_known);
         curvature.learn(&step, &first, &second);
-        // The gradient rose by 3, of which JᵀJ knows 1.
+        // The gradient rose by 3, of which JᵀJ explains 1.
         assert_eq!(curvature.rest[(0, 0)], 2.0);
-        // A step by −1 from there: JᵀJ promises 2 · 4 − 1 = 7, and with S 2 · 4 − 3 = 5.
+        // A step by −1 from there: JᵀJ predicts 2 · 4 − 1 = 7, and with S 2 · 4 − 3 = 5.
         let back = DVector::from_element(1, -1.0);
         assert!(curvature.other_is_better(&second, &back, 5.2));
         assert!(!curvature.other_is_better(&second, &back, 6.8));

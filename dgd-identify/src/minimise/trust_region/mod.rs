@@ -1,4 +1,4 @@
-//! Nonlinear least squares within bounds: Gauss and Newton's steps within a trust region.
+//! Nonlinear least squares within bounds: Gauss–Newton steps within a trust region.
 //!
 //! ```text
 //!   minimise  Σ r(x)²   over   lower ≤ x ≤ upper
@@ -9,25 +9,24 @@
 //!   else:              Δ ← ‖D δ‖ times where the sum is least along δ, 0.1 to 0.5
 //! ```
 //!
-//! The caller gives JᵀJ, Jᵀr and Σ r²: residuals of long recordings are not kept. The step is the minimum on the
-//! box and within the radius ([`subproblem`]), so that a variable at its bound that is pushed outwards stays, and
-//! the others converge as without it. Where residuals are large, S is what JᵀJ lacks ([`curvature`]).
+//! The caller provides JᵀJ, Jᵀr and Σ r²: residuals of long recordings are not stored. The step is the minimum on the
+//! box and within the radius ([`subproblem`]), so a variable at its bound that is pushed outwards stays, and the others
+//! converge as without it. For large residuals, S is the difference between JᵀJ and the Hessian ([`curvature`]).
 //!
 //! D lies halfway between Levenberg's 1, in whose metric variables of great influence hold back all others, and
-//! Marquardt's diag(JᵀJ), in whose metric those of little influence are carried away, to bounds and beyond where they
-//! matter.
+//! Marquardt's diag(JᵀJ), in whose metric those of little influence are carried away, to their bounds and out of the
+//! region where they matter.
 //!
-//! A step goes no further in a variable than its reach ([`Region`]): a quadratic model says nothing of what a
-//! logarithm is some decades away. Nor does it go far towards a bound that is far: what a search meets there early, it
-//! seldom leaves again.
+//! A step in a variable is limited by its reach ([`Region`]): a quadratic model does not apply to a logarithm some
+//! decades away. It is also limited towards a remote bound: a search that gets there early rarely leaves it again.
 //!
-//! Where no variable has any influence, except those at their bounds, the point may or may not be a minimum. If such a
-//! plain slopes, the search follows the slope as far as variables reach, as long as that makes the sum smaller.
+//! If no variable has any influence, except those at their bounds, the point may or may not be a minimum. If such a
+//! plateau has a slope, the search follows it to the limits of the variables, as long as that reduces the sum.
 //!
-//! Σ r² may be −2 ln of a likelihood, with its exact gradient and the information in the place of JᵀJ; changes are
-//! compared with its squares then, as the rest has no zero of its own.
+//! Σ r² may be −2 ln of a likelihood, with its exact gradient and with the information instead of JᵀJ; changes are then
+//! compared with its squares because the rest has no natural zero.
 //!
-//! A trial that cannot be evaluated is a step that went too far: the radius becomes a quarter of it.
+//! A trial that cannot be evaluated is a step that was too long: the radius becomes a quarter of it.
 //!
 //! Conn, Gould, Toint, Trust-Region Methods (2000), ch. 6 and 7; the size of the first step is that of Levenberg and
 //! Marquardt's method as Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems (2004), §3.2 begin it.
@@ -47,38 +46,37 @@ use subproblem::Quadratic;
 /// The first radius is the length of the step with this damping, relative to diag(JᵀJ).
 const FIRST_DAMPING: f64 = 1e-3;
 
-/// What the radius becomes, as a part of the step, after a trial that could not be evaluated.
+/// The radius, relative to the step, after a trial that could not be evaluated.
 const AFTER_FAILURE: f64 = 0.25;
 
-/// Steps whose sum fell by this part of what was promised, or less, are too long for the model.
+/// Steps whose actual reduction is at most this fraction of the predicted one are too long for the model.
 const POOR: f64 = 0.25;
 
-/// And from this part on, it can be trusted further.
+/// From this fraction on, the radius is increased.
 const GOOD: f64 = 0.75;
 
-/// Share of D² that is kept where a variable's influence falls: a steep place that a search came by does not hold
-/// it back for ever.
+/// Fraction of D² that is kept when a variable's influence falls, so that a steep region passed by the search does not
+/// hold it back forever.
 const KEPT: f64 = 0.36;
 
-/// A step goes this part of the way to a bound at most …
+/// Limit on a step towards a bound, as a fraction of the distance …
 const TOWARDS_BOUND: f64 = 0.25;
 
-/// … that is further than this from a variable, whose size is 1.
+/// … if the bound is further than this from a variable of size 1.
 const FAR: f64 = 1.0;
 
-/// Share of Σ r² that a variable of no influence changes at most, where it moves by 1.
+/// Largest relative change of Σ r² by a variable of no influence that moves by 1.
 const NO_INFLUENCE: f64 = 1e-20;
 
-/// Minimises Σ r² from `x`, where it is `at`.
+/// Minimises Σ r² from `x`, with the values `at` there.
 ///
-/// `evaluate` gives Σ r² and its derivatives, and whatever else the caller wants to know of the
-/// minimum, or why there is none at this point. Variables should be of the order of 1: the step
-/// rule is absolute for smaller ones. A variable outside of its bounds is moved to the nearer one by
-/// the caller, before `at` is evaluated.
+/// `evaluate` returns Σ r² and its derivatives, with anything else that the caller needs at the minimum, or the reason
+/// why the point cannot be evaluated. Variables should be of the order of 1: the step rule is absolute for smaller
+/// ones. The caller moves a variable outside of its bounds to the nearer one before evaluating `at`.
 ///
 /// # Panics
 ///
-/// When lengths differ, or `x` is not within the bounds.
+/// If lengths differ, or `x` is not within the bounds.
 pub fn minimise<T: AsRef<NormalEquations>, E>(
     x: Vec<f64>,
     at: T,
@@ -91,7 +89,7 @@ pub fn minimise<T: AsRef<NormalEquations>, E>(
     minimise_watched(x, at, region, rule, &Unwatched, evaluate)
 }
 
-/// [`minimise`] with steps of a limited size, which `watch` may stop before any evaluation.
+/// [`minimise`] with steps of a limited size; `watch` may cancel it before any evaluation.
 ///
 /// # Panics
 ///
@@ -122,7 +120,7 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
     }
 }
 
-/// A search under way.
+/// A search in progress.
 struct Search<'a, T, E> {
     region: Region<'a>,
     rule: StoppingRule,
@@ -130,12 +128,12 @@ struct Search<'a, T, E> {
     minimum: Minimum<T, E>,
     /// D².
     scale: DVector<f64>,
-    /// Δ; nothing before the first step.
+    /// Δ; `None` before the first step.
     radius: Option<f64>,
     curvature: Curvature,
-    /// Whether the present point was reached around failures, or failures lie before it.
+    /// Whether the current point was reached around failures, or failures lie ahead.
     near_failures: bool,
-    /// What the full step from the present point promises, as a part of Σ r².
+    /// The relative reduction of Σ r² predicted for the full step from the current point.
     promise: f64,
 }
 
@@ -168,7 +166,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         self.minimum.at.as_ref()
     }
 
-    /// D² at the present point: no less than a part of what it was.
+    /// D² at the current point: at least a fraction of its last value.
     fn forget_scale(&mut self) {
         let information = &self.minimum.at.as_ref().information;
         for (i, scale) in self.scale.iter_mut().enumerate() {
@@ -176,7 +174,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         }
     }
 
-    /// Why the present point is the minimum, if it is.
+    /// The reason why the current point is the minimum, if it is.
     fn converged(&mut self) -> Option<Termination> {
         let (lower, upper) = self.room(|_, distance| distance);
         let normal = self.minimum.at.as_ref();
@@ -207,7 +205,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         is_still.then(|| self.or_flat(Termination::Step))
     }
 
-    /// Tries steps from the present point until one is taken, or says why there is none.
+    /// Tries steps from the current point until one is accepted, or returns the reason why there is none.
     fn advance(
         &mut self,
         watch: &dyn Watch,
@@ -241,9 +239,9 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
             let trial = self.moved(&step);
             trials += 1;
             self.minimum.evaluations += 1;
-            let at = match evaluate(&trial) {
+            let value = match evaluate(&trial) {
                 Ok(at) => at,
-                // What was stopped on its way says nothing of the point.
+                // A cancelled trial gives no information about the point.
                 Err(_) if watch.is_stopped() => return Some(Termination::Stopped),
                 Err(error) => {
                     (failed, self.near_failures) = (true, true);
@@ -254,10 +252,10 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                 }
             };
             let normal = self.minimum.at.as_ref();
-            let reduction = normal.cost - at.as_ref().cost;
+            let reduction = normal.cost - value.as_ref().cost;
             let gain = reduction / promised;
             let is_other_better = self.curvature.other_is_better(normal, &step, reduction);
-            // NaN compares false.
+            // False for NaN.
             if reduction > 0.0 && gain > 0.0 {
                 let radius = radius.unwrap_or(length);
                 self.radius = Some(match gain {
@@ -265,12 +263,12 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                     gain if gain < GOOD => radius,
                     _ => radius.max(2.0 * length),
                 });
-                self.curvature.learn(&step, normal, at.as_ref());
+                self.curvature.learn(&step, normal, value.as_ref());
                 if is_other_better {
                     self.curvature.switch();
                 }
                 self.minimum.x = trial;
-                self.minimum.at = at;
+                self.minimum.at = value;
                 self.minimum.iterations += 1;
                 self.near_failures = failed;
                 return None;
@@ -281,13 +279,13 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                 self.curvature.switch();
                 self.radius = radius;
             } else {
-                self.radius = Some(least_along(normal, at.as_ref(), &step) * length);
+                self.radius = Some(least_along(normal, value.as_ref(), &step) * length);
             }
         }
     }
 
-    /// Follows the slope of a plain as far as variables reach; whether that made the sum smaller. The next step has a
-    /// radius of its own.
+    /// Follows the slope of a plateau to the limits of the variables; returns whether that reduced the sum. The next
+    /// step gets a new radius.
     fn follow_plain(
         &mut self,
         watch: &dyn Watch,
@@ -314,7 +312,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         let step = (slopes / steepest).zip_zip_map(&lower, &upper, f64::clamp);
         let trial = self.moved(&step);
         self.minimum.evaluations += 1;
-        let at = match evaluate(&trial) {
+        let value = match evaluate(&trial) {
             Ok(at) => at,
             Err(error) => {
                 self.minimum.failures += 1;
@@ -322,23 +320,23 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                 return false;
             }
         };
-        // NaN compares false.
-        let is_lower = at.as_ref().cost < self.normal().cost;
+        // False for NaN.
+        let is_lower = value.as_ref().cost < self.normal().cost;
         if is_lower {
-            (self.minimum.x, self.minimum.at) = (trial, at);
+            (self.minimum.x, self.minimum.at) = (trial, value);
             self.minimum.iterations += 1;
             self.radius = None;
         }
         is_lower
     }
 
-    /// The present point moved by a step. A bound is met exactly, in spite of rounding.
+    /// The current point moved by a step. Snaps to bounds in spite of rounding errors.
     fn moved(&self, step: &DVector<f64>) -> Vec<f64> {
         let x = self.minimum.x.iter().zip(step.iter()).zip(self.region.bounds);
         x.map(|((x, step), (low, high))| (x + step).clamp(*low, *high)).collect()
     }
 
-    /// Evaluations that are allowed.
+    /// Limit on evaluations.
     fn limit(&self) -> usize {
         let StoppingRule { evaluations, until_a_step, .. } = self.rule;
         if self.minimum.iterations == 0 && self.minimum.evaluations >= evaluations {
@@ -347,8 +345,8 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         evaluations
     }
 
-    /// What it means that no step helps. Where steps are made with what JᵀJ lacks, because that foretells them better,
-    /// it is also what says whether there is anything to gain.
+    /// The termination if no step helps. If steps use JᵀJ + S because it predicts them better, it also decides whether
+    /// a reduction remains.
     fn stalled(&self, model: &Quadratic<'_>) -> Termination {
         let normal = self.normal();
         let promises_nothing = |full: DVector<f64>| {
@@ -373,7 +371,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         found
     }
 
-    /// How far variables may go down and up: `part` of a variable's distance from a bound.
+    /// Largest steps of variables down and up; `part` gives the allowed fraction of the distance from a bound.
     fn room(&self, part: impl Fn(usize, f64) -> f64) -> (DVector<f64>, DVector<f64>) {
         let (x, bounds) = (&self.minimum.x, self.region.bounds);
         let down = |i: usize, _| -part(i, x[i] - bounds[i].0);
@@ -381,8 +379,8 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         (DVector::from_fn(x.len(), down), DVector::from_fn(x.len(), up))
     }
 
-    /// How far a step goes at most in a variable towards a bound at a distance. One without influence would have to
-    /// move by ten decades to gain anything, and goes no further than its size.
+    /// Largest step of a variable towards a bound at a distance. A variable without influence would have to move by ten
+    /// decades to gain anything, and is limited to its size.
     fn stride(&self, i: usize, distance: f64) -> f64 {
         let normal = self.normal();
         let has_influence = normal.information[(i, i)] > NO_INFLUENCE * normal.squares();
@@ -392,8 +390,8 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
     }
 }
 
-/// Where the sum is least along a step that did not make it smaller, as a part of the step: by the slopes at both
-/// ends, or that at its beginning alone where the other is not known.
+/// The minimum of the sum along a rejected step, as a fraction of the step: from the slopes at both ends, or from the
+/// slope at its start if the other is unknown.
 fn least_along(before: &NormalEquations, after: &NormalEquations, step: &DVector<f64>) -> f64 {
     let slope = 2.0 * before.gradient.dot(step);
     let rise = after.cost - before.cost;
@@ -410,8 +408,8 @@ fn least_along(before: &NormalEquations, after: &NormalEquations, step: &DVector
     least.unwrap_or(AFTER_FAILURE).clamp(0.1, 0.5)
 }
 
-/// Whether the point lies on a plain: what is not at a bound has no influence, nor what has come to its bound
-/// from elsewhere. What never had any is not meant: that is not determined.
+/// Whether the point lies on a plateau: variables away from bounds have no influence, nor do those that have reached
+/// their bound from elsewhere. Variables that never had influence are excluded because they are not determined.
 pub(crate) fn is_flat(
     normal: &NormalEquations,
     part: f64,
@@ -441,8 +439,8 @@ fn is_stationary(
     let size = normal.squares().sqrt();
     (0..normal.gradient.len()).all(|i| {
         let g = normal.gradient[i];
-        let held = (lower[i] >= 0.0 && g >= 0.0) || (upper[i] <= 0.0 && g <= 0.0);
-        held || g.abs() <= tolerance * normal.information[(i, i)].sqrt() * size
+        let is_held = (lower[i] >= 0.0 && g >= 0.0) || (upper[i] <= 0.0 && g <= 0.0);
+        is_held || g.abs() <= tolerance * normal.information[(i, i)].sqrt() * size
     })
 }
 

@@ -1,19 +1,19 @@
-//! What is minimised, where, when the search stops, and what it gives.
+//! The function to minimise, its region, the stopping rule and the result.
 
 use nalgebra::{DMatrix, DVector};
 
-/// A sum of squares at a point, and what is known of it nearby.
+/// A sum of squares at a point, with its derivatives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
     /// Σ r², or −2 ln of a likelihood.
     pub cost: f64,
-    /// What is in `cost` besides squares: where that is −2 ln of a likelihood, its logarithms of σ.
+    /// Terms of `cost` other than squares: the logarithms of σ, if it is −2 ln of a likelihood.
     pub logarithms: f64,
     /// Jᵀr.
     pub gradient: DVector<f64>,
     /// JᵀJ.
     pub information: DMatrix<f64>,
-    /// Whether gradient and information know of all residuals: those without derivatives add to the cost only.
+    /// Whether gradient and information include all residuals: those without derivatives only add to the cost.
     pub is_whole: bool,
 }
 
@@ -29,12 +29,12 @@ impl NormalEquations {
         }
     }
 
-    /// Σ r² alone: what changes of the cost are compared with.
+    /// Σ r² alone: the reference for changes of the cost.
     pub(super) fn squares(&self) -> f64 {
         self.cost - self.logarithms
     }
 
-    /// The reduction of Σ r² that the quadratic model with the curvature H promises of a step: −(2 gᵀδ + δᵀH δ).
+    /// The reduction of Σ r² that the quadratic model with the curvature H predicts for a step: −(2 gᵀδ + δᵀH δ).
     pub(super) fn promised(&self, step: &DVector<f64>, h: &DMatrix<f64>) -> f64 {
         -(2.0 * self.gradient.dot(step) + step.dot(&(h * step)))
     }
@@ -46,24 +46,24 @@ impl AsRef<NormalEquations> for NormalEquations {
     }
 }
 
-/// When to stop. Each is enough.
+/// The stopping rule: each criterion suffices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StoppingRule {
-    /// No free variable's column of J makes a larger cosine with r: |Jᵀr|ᵢ ≤ tol ‖Jᵢ‖ ‖r‖.
+    /// No free variable's column of J has a larger cosine with r: |Jᵀr|ᵢ ≤ tol ‖Jᵢ‖ ‖r‖.
     pub gradient: f64,
-    /// The full step within bounds would reduce Σ r² by no more than this part of it.
+    /// The full step within bounds would reduce Σ r² by no more than this fraction of it.
     pub reduction: f64,
-    /// The full step within bounds moves no variable by more than this, or this part of its value.
+    /// The full step within bounds moves no variable by more than this, or this fraction of its value.
     pub step: f64,
-    /// Most evaluations.
+    /// Limit on evaluations.
     pub evaluations: usize,
-    /// Most evaluations where none of the first [`Self::evaluations`] made the sum smaller.
+    /// Limit on evaluations if none of the first [`Self::evaluations`] reduced the sum.
     pub until_a_step: usize,
-    /// Σ r² is known to this part of itself, or matters no further: where no step makes it smaller, and the full one
-    /// promises no more than that, the minimum is found.
+    /// Relative accuracy of Σ r², or the relative change that matters: if no step reduces it, and the full one predicts
+    /// no more than that, the minimum is found.
     pub accuracy: f64,
-    /// A variable that changes Σ r² by its own by no more than this part of it, when it is moved by 1, has no
-    /// influence: ‖Jᵢ‖² ≤ flat ‖r‖². None is looked for at 0.
+    /// A variable has no influence if moving it by 1 changes Σ r² on its own by no more than this fraction of it: ‖Jᵢ‖²
+    /// ≤ flat ‖r‖². 0 disables the test.
     pub flat: f64,
 }
 
@@ -81,15 +81,15 @@ impl Default for StoppingRule {
     }
 }
 
-/// Where variables may be.
+/// The region of the variables.
 #[derive(Debug, Clone, Copy)]
 pub struct Region<'a> {
     /// Bounds of each.
     pub bounds: &'a [(f64, f64)],
-    /// How far a step goes at most in each.
+    /// Limit on a step in each.
     pub reach: &'a [f64],
-    /// So many, the first ones, must have influence somewhere for a minimum; start values, which only move a
-    /// solution, come behind them.
+    /// The number of leading variables that must have influence somewhere for a minimum; start values, which only move
+    /// a solution, come after them.
     pub leading: usize,
 }
 
@@ -98,21 +98,21 @@ pub struct Region<'a> {
 pub enum Termination {
     /// The residuals are orthogonal to every free column of J.
     Gradient,
-    /// The full step promises nothing any more.
+    /// The full step predicts no further reduction.
     Reduction,
-    /// The full step goes nowhere any more.
+    /// The full step does not move.
     Step,
-    /// The slope says that steps help, and none, however small, does: the sum is not evaluated exactly enough to
-    /// go on, or has kinks.
+    /// The slope predicts a reduction, but no step, however small, achieves it: the sum is not evaluated accurately
+    /// enough, or has kinks.
     Stalled,
-    /// Every step that promises something leads where nothing can be evaluated.
+    /// Every step with a predicted reduction leads to points that cannot be evaluated.
     Blocked,
-    /// On a plain, where nothing that is estimated has influence but perhaps at bounds: whether there is a
-    /// minimum elsewhere cannot be told.
+    /// On a plateau, where no estimate has influence except perhaps at bounds: there may or may not be a minimum
+    /// elsewhere.
     Flat,
     /// The allowed evaluations were not enough.
     EvaluationLimit,
-    /// Who watched it asked to stop ([`Watch`](crate::Watch)); the best so far was kept.
+    /// It was cancelled ([`Watch`](crate::Watch)); the result is the best so far.
     Stopped,
 }
 
@@ -127,7 +127,7 @@ impl Termination {
         }
     }
 
-    /// One word for it.
+    /// A one-word name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gradient => "gradient",
@@ -147,15 +147,15 @@ impl Termination {
 pub struct Minimum<T, E> {
     /// The variables.
     pub x: Vec<f64>,
-    /// What was evaluated there.
+    /// The values there.
     pub at: T,
     /// Accepted steps.
     pub iterations: usize,
-    /// Evaluations, failed ones included, without that at the start.
+    /// Evaluations, including failed ones but not the initial one.
     pub evaluations: usize,
     /// Trials that could not be evaluated.
     pub failures: usize,
-    /// Why the last of them could not.
+    /// The reason why the last of them failed.
     pub last_failure: Option<E>,
     /// Why it ended.
     pub termination: Termination,

@@ -1,12 +1,12 @@
-//! The step that a quadratic model makes within bounds and within a radius.
+//! The step of a quadratic model within bounds and within a radius.
 //!
 //! ```text
 //!   minimise  gᵀδ + ½ δᵀH δ   over   lower ≤ δ ≤ upper,  ‖D δ‖ ≤ Δ
 //! ```
 //!
 //! For each λ the minimum of the damped model on the box, H + λ D², is exact ([`box_quadratic`]), and its length
-//! falls as λ grows; the λ at which it is Δ gives the solution. H may have negative curvature: λ begins where
-//! H + λ D² has none. Lengths within a tenth of Δ are close enough.
+//! decreases with λ; the λ at which it is Δ gives the solution. H may have negative curvature: λ starts where H + λ D²
+//! has none. Lengths within a tenth of Δ suffice.
 //!
 //! Moré, Sorensen, Computing a trust region step, SIAM J. Sci. Stat. Comput. 4 (1983) 553; a λ for a box as well
 //! is the multiplier of the radius, the bounds having theirs in the active set.
@@ -16,23 +16,23 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::problem::NormalEquations;
 use crate::minimise::box_quadratic;
 
-/// Damping that leaves a step what it is, and a singular matrix positive definite: well above the
-/// rounding of sums, well below the squares of what is known of derivatives.
+/// Damping that does not change a step but makes a singular matrix positive definite: well above the rounding error of
+/// sums, well below the squared accuracy of derivatives.
 const NO_DAMPING: f64 = 1e-12;
 
-/// Damping that keeps a step of a singular matrix from what rounding makes of combinations that nothing sees.
+/// Damping that protects a step with a singular matrix from rounding errors in undetermined combinations.
 const MILD: f64 = 1e-8;
 
-/// A longer step is taken where it promises more than a mildly damped one by this part.
+/// A longer step is taken if its predicted reduction exceeds that of a mildly damped one by this fraction.
 const WORTH: f64 = 1e-3;
 
-/// A length is that of the radius within this part of it.
+/// Relative accuracy of a length compared with the radius.
 const CLOSE: f64 = 0.1;
 
-/// Most values of λ that are tried: halving alone takes a λ over sixteen decades to a length within a tenth.
+/// Limit on the values of λ: halving alone takes a λ over sixteen decades to a length within a tenth.
 const MOST: usize = 60;
 
-/// The smallest λ that is told from none, as a part of the largest.
+/// The smallest nonzero λ, relative to the largest.
 const SMALLEST: f64 = 1e-16;
 
 /// A quadratic model on a box.
@@ -41,7 +41,7 @@ pub(super) struct Quadratic<'a> {
     g: &'a DVector<f64>,
     /// Influence of each variable, diag(JᵀJ).
     influence: DVector<f64>,
-    /// D², 0 for what never had influence.
+    /// D², 0 for variables that never had influence.
     scale: &'a DVector<f64>,
     lower: DVector<f64>,
     upper: DVector<f64>,
@@ -71,12 +71,12 @@ impl<'a> Quadratic<'a> {
         self.g.dot(step) + 0.5 * step.dot(&(&self.h * step))
     }
 
-    /// The minimum on the box alone; `None` where the model has negative curvature.
+    /// The minimum on the box alone; `None` for negative curvature.
     pub(super) fn full(&self) -> Option<DVector<f64>> {
         self.damped(NO_DAMPING)
     }
 
-    /// The same with a damping relative to influences.
+    /// The minimum with damping relative to influences.
     pub(super) fn damped(&self, damping: f64) -> Option<DVector<f64>> {
         self.minimum_with(damping, 0.0)
     }
@@ -86,17 +86,17 @@ impl<'a> Quadratic<'a> {
         self.minimum_with(NO_DAMPING, lambda)
     }
 
-    /// What has no influence has no gradient, and any curvature does.
+    /// Variables without influence have no gradient, so any curvature will do.
     fn minimum_with(&self, damping: f64, lambda: f64) -> Option<DVector<f64>> {
         let mut a = self.h.clone();
         for (i, (influence, scale)) in self.influence.iter().zip(self.scale.iter()).enumerate() {
-            let own = if *influence > 0.0 { damping * influence } else { 1.0 };
-            a[(i, i)] += own + lambda * scale;
+            let added = if *influence > 0.0 { damping * influence } else { 1.0 };
+            a[(i, i)] += added + lambda * scale;
         }
         box_quadratic::minimise(&a, self.g, &self.lower, &self.upper)
     }
 
-    /// The step within a radius; `None` of numbers that are not finite.
+    /// The step within a radius; `None` if numbers are not finite.
     pub(super) fn within(&self, radius: f64) -> Option<DVector<f64>> {
         let (least, full) = if let Some(full) = self.full() {
             (0.0, full)
@@ -140,7 +140,7 @@ impl<'a> Quadratic<'a> {
         Some(best)
     }
 
-    /// The least λ from which on H + λ D² is positive definite.
+    /// The smallest λ from which on H + λ D² is positive definite.
     fn least_damping(&self) -> Option<f64> {
         let size = |i: usize| if self.scale[i] > 0.0 { self.scale[i].sqrt() } else { 1.0 };
         let scaled = DMatrix::from_fn(self.h.nrows(), self.h.ncols(), |i, j| {
@@ -151,12 +151,12 @@ impl<'a> Quadratic<'a> {
         }
         let values = SymmetricEigen::try_new(scaled, f64::EPSILON, 1000)?.eigenvalues;
         let (least, size) = (values.min(), values.amax());
-        // A little more, so that rounding does not make it indefinite again.
+        // Slightly more, so that rounding errors do not make it indefinite again.
         Some((-least).max(0.0) + 1e-6 * size)
     }
 }
 
-/// λ where the inverse of the length, between two that are known taken as linear, is that of the radius.
+/// λ at which the inverse length, interpolated linearly between two known values, is that of the radius.
 fn secant(low: (f64, f64), high: (f64, f64), radius: f64) -> Option<f64> {
     let inverse = |length: f64| 1.0 / length;
     let part = (inverse(radius) - inverse(low.1)) / (inverse(high.1) - inverse(low.1));
@@ -192,8 +192,8 @@ mod tests {
         Quadratic::new(at, h, scale, lower, upper)
     }
 
-    /// On a grid of the box and the ellipse nothing is clearly below the step found: with curvature of either
-    /// sign, a nearly singular matrix, and bounds that hold something or nothing.
+    /// On a grid of the box and the ellipse nothing is clearly below the step found: with curvature of either sign, a
+    /// nearly singular matrix, and with and without active bounds.
     #[test]
     fn no_point_of_box_and_radius_is_lower() {
         let at = at([-1.0, 0.4]);
@@ -211,7 +211,7 @@ mod tests {
                     for k in 0..=400 {
                         for j in 0..=40 {
                             let angle = std::f64::consts::TAU * f64::from(k) / 400.0;
-                            // A radius that is a tenth less is as good.
+                            // A radius that is a tenth smaller is equally good.
                             let part = 0.9 * radius * f64::from(j) / 40.0;
                             let point = DVector::from_row_slice(&[
                                 part * angle.cos() / SCALE[0].sqrt(),
@@ -238,7 +238,7 @@ mod tests {
         let scale = DVector::from_row_slice(&SCALE);
         let model = quadratic(&at, [2.0, 0.0, 0.0, 0.5], &scale, [-FREE; 2], [FREE; 2]);
         let step = model.within(10.0).expect("finite");
-        // But for mild damping, a hundred millionth.
+        // Up to mild damping, a hundred millionth.
         assert!((step[0] - 0.5).abs() < 1e-7 && (step[1] + 0.8).abs() < 1e-7, "{step}");
     }
 }

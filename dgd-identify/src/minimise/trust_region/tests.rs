@@ -1,4 +1,4 @@
-//! Problems whose minimum is known.
+//! Problems with known minima.
 
 use super::*;
 
@@ -22,9 +22,9 @@ fn solve<const N: usize>(
     bounds: &[(f64, f64)],
     rows: impl Fn(&[f64]) -> Vec<(f64, [f64; N])>,
 ) -> Minimum<NormalEquations, ()> {
-    let at = normal(&rows(&start));
+    let first = normal(&rows(&start));
     let rule = StoppingRule::default();
-    minimise(start.to_vec(), at, bounds, &rule, |x| Ok(normal(&rows(x))))
+    minimise(start.to_vec(), first, bounds, &rule, |x| Ok(normal(&rows(x))))
 }
 
 fn rosenbrock(x: &[f64]) -> Vec<(f64, [f64; 2])> {
@@ -33,16 +33,15 @@ fn rosenbrock(x: &[f64]) -> Vec<(f64, [f64; 2])> {
 
 #[test]
 fn a_curved_valley_is_followed_to_its_end() {
-    let found = solve([-1.2, 1.0], &[ANYWHERE; 2], rosenbrock);
-    assert!(found.termination.is_converged(), "{:?}", found.termination);
-    for x in &found.x {
-        assert!((x - 1.0).abs() < 1e-8, "{:?}", found.x);
+    let minimum = solve([-1.2, 1.0], &[ANYWHERE; 2], rosenbrock);
+    assert!(minimum.termination.is_converged(), "{:?}", minimum.termination);
+    for x in &minimum.x {
+        assert!((x - 1.0).abs() < 1e-8, "{:?}", minimum.x);
     }
 }
 
-/// Misra1a of the NIST Statistical Reference Datasets, y = b1 (1 − exp(−b2 x)): certified to 11
-/// digits. The model's logarithmic relative error at this condition is a few units of 1e-9 with the
-/// default rule.
+/// Misra1a of the NIST Statistical Reference Datasets, y = b1 (1 − exp(−b2 x)): certified to 11 digits. The model's
+/// logarithmic relative error at this condition is a few units of 1e-9 with the default rule.
 #[test]
 fn misra1a_has_its_certified_values() {
     let data = [
@@ -62,7 +61,7 @@ fn misra1a_has_its_certified_values() {
         (760.0, 81.78),
     ];
     let (size1, size2) = (500.0, 1e-4);
-    let found = solve([1.0, 1.0], &[ANYWHERE; 2], |z| {
+    let minimum = solve([1.0, 1.0], &[ANYWHERE; 2], |z| {
         let (b1, b2) = (z[0] * size1, z[1] * size2);
         let row = |(x, y): &(f64, f64)| {
             let decay = (-b2 * x).exp();
@@ -73,12 +72,12 @@ fn misra1a_has_its_certified_values() {
     let close = |found: f64, certified: f64, digits: f64| {
         assert!((found / certified - 1.0).abs() < digits, "{found} against {certified}");
     };
-    close(found.x[0] * size1, 2.389_421_291_8e2, 1e-8);
-    close(found.x[1] * size2, 5.501_564_318_1e-4, 1e-8);
-    close(found.at.cost, 1.245_513_889_4e-1, 1e-9);
+    close(minimum.x[0] * size1, 2.389_421_291_8e2, 1e-8);
+    close(minimum.x[1] * size2, 5.501_564_318_1e-4, 1e-8);
+    close(minimum.at.cost, 1.245_513_889_4e-1, 1e-9);
     // Standard deviations: √(diag (JᵀJ)⁻¹ Σr²/12).
-    let inverse = found.at.information.clone().try_inverse().expect("two parameters");
-    let variance = found.at.cost / 12.0;
+    let inverse = minimum.at.information.clone().try_inverse().expect("two parameters");
+    let variance = minimum.at.cost / 12.0;
     close((inverse[(0, 0)] * variance).sqrt() * size1, 2.707_007_524_1, 1e-6);
     close((inverse[(1, 1)] * variance).sqrt() * size2, 7.266_868_843_6e-6, 1e-6);
 }
@@ -86,31 +85,35 @@ fn misra1a_has_its_certified_values() {
 #[test]
 fn at_a_bound_the_others_converge_as_without_it() {
     // On x₁ = 1/2 the valley's floor is x₂ = 1/4.
-    let found = solve([-1.2, 1.0], &[(-2.0, 0.5), ANYWHERE], rosenbrock);
-    assert_eq!(found.x[0], 0.5);
-    assert!((found.x[1] - 0.25).abs() < 1e-8, "{:?}", found.x);
-    assert!(found.termination.is_converged());
-    // A bound that is met on the way only does not hold: the first full step goes to x₂ = −3.84.
-    let found = solve([-1.2, 1.0], &[ANYWHERE, (0.0, 1.0)], rosenbrock);
-    for x in &found.x {
-        assert!((x - 1.0).abs() < 1e-6, "{:?}", found.x);
+    let at_bound = solve([-1.2, 1.0], &[(-2.0, 0.5), ANYWHERE], rosenbrock);
+    assert_eq!(at_bound.x[0], 0.5);
+    assert!((at_bound.x[1] - 0.25).abs() < 1e-8, "{:?}", at_bound.x);
+    assert!(at_bound.termination.is_converged());
+    // A bound that is only met on the way does not hold: the first full step goes to x₂ = −3.84.
+    let released = solve([-1.2, 1.0], &[ANYWHERE, (0.0, 1.0)], rosenbrock);
+    for x in &released.x {
+        assert!((x - 1.0).abs() < 1e-6, "{:?}", released.x);
     }
-    // Both held: nothing is left to do.
-    let found = solve([0.0, 2.0], &[(0.0, 0.0), (2.0, 2.0)], rosenbrock);
-    assert_eq!((found.x, found.evaluations), (vec![0.0, 2.0], 0));
+    // Both fixed: nothing is left to do.
+    let minimum = solve([0.0, 2.0], &[(0.0, 0.0), (2.0, 2.0)], rosenbrock);
+    assert_eq!((minimum.x, minimum.evaluations), (vec![0.0, 2.0], 0));
 }
 
 #[test]
 fn what_is_not_determined_stays_near_the_start() {
-    // Only the sum is seen; the step of least size keeps the difference.
+    // Only the sum has influence; the smallest step keeps the difference.
     let rows = |x: &[f64]| vec![(x[0] + x[1] - 5.0, [1.0, 1.0]), (x[0] + x[1] - 5.0, [1.0, 1.0])];
-    let found = solve([1.0, 2.0], &[ANYWHERE; 2], rows);
-    assert!(found.termination.is_converged());
-    assert!((found.x[0] - 2.0).abs() < 1e-6 && (found.x[1] - 3.0).abs() < 1e-6, "{:?}", found.x);
-    // A variable without any influence is left alone.
-    let found = solve([1.0, 7.0], &[ANYWHERE; 2], |x| vec![(x[0] - 4.0, [1.0, 0.0])]);
-    assert!((found.x[0] - 4.0).abs() < 1e-8);
-    assert_eq!(found.x[1], 7.0);
+    let shortest = solve([1.0, 2.0], &[ANYWHERE; 2], rows);
+    assert!(shortest.termination.is_converged());
+    assert!(
+        (shortest.x[0] - 2.0).abs() < 1e-6 && (shortest.x[1] - 3.0).abs() < 1e-6,
+        "{:?}",
+        shortest.x
+    );
+    // A variable without any influence is not moved.
+    let minimum = solve([1.0, 7.0], &[ANYWHERE; 2], |x| vec![(x[0] - 4.0, [1.0, 0.0])]);
+    assert!((minimum.x[0] - 4.0).abs() < 1e-8);
+    assert_eq!(minimum.x[1], 7.0);
 }
 
 /// r = ln x − ln 2, not defined for x ≤ `edge`.
@@ -127,39 +130,39 @@ fn logarithm(edge: f64) -> impl Fn(&[f64]) -> Result<NormalEquations, String> {
 fn a_failed_trial_is_a_step_too_far() {
     let rule = StoppingRule::default();
     let evaluate = logarithm(0.0);
-    let at = evaluate(&[20.0]).expect("defined");
+    let first = evaluate(&[20.0]).expect("defined");
     // The Gauss–Newton step from 20 goes to 20 − 20 ln 10 < 0.
-    let found = minimise(vec![20.0], at, &[ANYWHERE], &rule, evaluate);
-    assert!(found.failures > 0 && found.last_failure.is_some());
-    assert!((found.x[0] - 2.0).abs() < 1e-8, "{:?}", found.x);
-    assert!(found.termination.is_converged());
+    let minimum = minimise(vec![20.0], first, &[ANYWHERE], &rule, evaluate);
+    assert!(minimum.failures > 0 && minimum.last_failure.is_some());
+    assert!((minimum.x[0] - 2.0).abs() < 1e-8, "{:?}", minimum.x);
+    assert!(minimum.termination.is_converged());
 }
 
 #[test]
 fn a_minimum_beyond_the_edge_is_not_claimed() {
     let rule = StoppingRule::default();
     let evaluate = logarithm(3.0);
-    let at = evaluate(&[20.0]).expect("defined");
-    let found = minimise(vec![20.0], at, &[ANYWHERE], &rule, evaluate);
-    assert_eq!(found.termination, Termination::Blocked);
-    assert!(found.last_failure.is_some_and(|reason| reason.contains("too small")));
-    assert!(found.x[0] > 3.0 && found.x[0] < 3.01, "{:?}", found.x);
+    let first = evaluate(&[20.0]).expect("defined");
+    let minimum = minimise(vec![20.0], first, &[ANYWHERE], &rule, evaluate);
+    assert_eq!(minimum.termination, Termination::Blocked);
+    assert!(minimum.last_failure.is_some_and(|reason| reason.contains("too small")));
+    assert!(minimum.x[0] > 3.0 && minimum.x[0] < 3.01, "{:?}", minimum.x);
 }
 
 #[test]
 fn the_limit_of_evaluations_is_kept() {
-    let at = normal(&rosenbrock(&[-1.2, 1.0]));
+    let first = normal(&rosenbrock(&[-1.2, 1.0]));
     let rule = StoppingRule { evaluations: 3, ..StoppingRule::default() };
     let evaluate = |x: &[f64]| Ok::<_, ()>(normal(&rosenbrock(x)));
-    let found = minimise(vec![-1.2, 1.0], at, &[ANYWHERE; 2], &rule, evaluate);
-    assert_eq!((found.termination, found.evaluations), (Termination::EvaluationLimit, 3));
+    let minimum = minimise(vec![-1.2, 1.0], first, &[ANYWHERE; 2], &rule, evaluate);
+    assert_eq!((minimum.termination, minimum.evaluations), (Termination::EvaluationLimit, 3));
 }
 
-/// Decays x = exp(−t eᶻ) at t = 1 .. 100 against those of a rate 0.3, from far too slow a one.
+/// Decays x = exp(−t eᶻ) at t = 1 .. 100 compared with those of a rate 0.3, starting from far too slow a one.
 fn decay(x: &[f64]) -> Vec<(f64, [f64; 1])> {
     let row = |t: i32| {
-        let at = f64::from(t) * x[0].exp();
-        ((-at).exp() - (-0.3 * f64::from(t)).exp(), [-at * (-at).exp()])
+        let exponent = f64::from(t) * x[0].exp();
+        ((-exponent).exp() - (-0.3 * f64::from(t)).exp(), [-exponent * (-exponent).exp()])
     };
     (1..=100).map(row).collect()
 }
@@ -167,60 +170,60 @@ fn decay(x: &[f64]) -> Vec<(f64, [f64; 1])> {
 fn search(reach: f64, start: f64) -> Minimum<NormalEquations, ()> {
     let bounds = [(1e-8_f64.ln(), 1e4_f64.ln())];
     let region = Region { bounds: &bounds, reach: &[reach], leading: 1 };
-    let at = normal(&decay(&[start]));
+    let first = normal(&decay(&[start]));
     let rule = StoppingRule::default();
-    minimise_watched(vec![start], at, region, &rule, &Unwatched, |x| Ok(normal(&decay(x))))
+    minimise_watched(vec![start], first, region, &rule, &Unwatched, |x| Ok(normal(&decay(x))))
 }
 
 #[test]
 fn steps_of_limited_reach_do_not_leap_over_a_minimum() {
-    let found = search(10_f64.ln(), 1e-4_f64.ln());
-    assert!(found.termination.is_converged(), "{:?}", found.termination);
-    assert!((found.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", found.x);
+    let minimum = search(10_f64.ln(), 1e-4_f64.ln());
+    assert!(minimum.termination.is_converged(), "{:?}", minimum.termination);
+    assert!((minimum.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", minimum.x);
 }
 
 #[test]
 fn a_plain_among_bounds_is_no_minimum() {
-    // The slope is rounding: nothing changes along it.
-    let found = solve([0.0], &[(-9.0, 9.0)], |_| vec![(1.0, [1e-9])]);
-    assert_eq!(found.termination, Termination::Flat);
-    assert!(!found.termination.is_converged());
+    // The slope is rounding error: nothing changes along it.
+    let minimum = solve([0.0], &[(-9.0, 9.0)], |_| vec![(1.0, [1e-9])]);
+    assert_eq!(minimum.termination, Termination::Flat);
+    assert!(!minimum.termination.is_converged());
 }
 
 #[test]
 fn a_far_bound_is_not_leapt_to() {
-    // The first step would go eight decades, to the bound, where all has decayed.
-    let found = search(f64::INFINITY, 1e-4_f64.ln());
-    assert!((found.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", found.x);
+    // The first step would go eight decades, to the bound, where the solution has decayed completely.
+    let minimum = search(f64::INFINITY, 1e-4_f64.ln());
+    assert!((minimum.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", minimum.x);
 }
 
 #[test]
 fn the_slope_of_a_plain_leads_down_from_it() {
-    // exp(−40 t) changes Σ r² by 1e-17 of itself; ten times slower lies the edge of the plain.
-    let found = search(10_f64.ln(), 40_f64.ln());
-    assert!(found.termination.is_converged(), "{:?}", found.termination);
-    assert!((found.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", found.x);
+    // exp(−40 t) changes Σ r² by a relative 1e-17; the edge of the plateau is ten times slower.
+    let minimum = search(10_f64.ln(), 40_f64.ln());
+    assert!(minimum.termination.is_converged(), "{:?}", minimum.termination);
+    assert!((minimum.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", minimum.x);
 }
 
 #[test]
 fn what_has_no_influence_yet_but_rounding_stays_near_the_start() {
-    // The second variable acts through the first, which is nothing at the start.
+    // The second variable acts through the first, which is zero at the start.
     let rows = |x: &[f64]| {
         let rounding = 1e-11;
         vec![(1.0 - x[0], [-1.0, 0.0]), (3.0 + x[0] * (x[1] - 5.0), [x[1] - 5.0, x[0] + rounding])]
     };
     let evaluate = |x: &[f64]| if x[1].abs() < 1e3 { Ok(normal(&rows(x))) } else { Err(()) };
     let start = vec![0.0, 0.0];
-    let at = normal(&rows(&start));
-    let found = minimise(start, at, &[ANYWHERE; 2], &StoppingRule::default(), evaluate);
-    assert!(found.termination.is_converged(), "{:?}", found.termination);
-    assert_eq!(found.failures, 0);
-    for (x, truth) in found.x.iter().zip([1.0, 2.0]) {
-        assert!((x - truth).abs() < 1e-8, "{:?}", found.x);
+    let first = normal(&rows(&start));
+    let minimum = minimise(start, first, &[ANYWHERE; 2], &StoppingRule::default(), evaluate);
+    assert!(minimum.termination.is_converged(), "{:?}", minimum.termination);
+    assert_eq!(minimum.failures, 0);
+    for (x, truth) in minimum.x.iter().zip([1.0, 2.0]) {
+        assert!((x - truth).abs() < 1e-8, "{:?}", minimum.x);
     }
 }
 
-/// Brown's and Dennis' problem, of large residuals (Moré, Garbow, Hillstrom, ACM TOMS 7 (1981) 17, number 16).
+/// The Brown–Dennis problem, with large residuals (Moré, Garbow, Hillstrom, ACM TOMS 7 (1981) 17, number 16).
 fn brown_dennis(x: &[f64]) -> Vec<(f64, [f64; 4])> {
     let row = |i: i32| {
         let t = f64::from(i) / 5.0;
@@ -232,30 +235,30 @@ fn brown_dennis(x: &[f64]) -> Vec<(f64, [f64; 4])> {
 
 #[test]
 fn large_residuals_do_not_slow_it_down() {
-    let found = solve([25.0, 5.0, -5.0, -1.0], &[ANYWHERE; 4], brown_dennis);
-    assert!(found.termination.is_converged(), "{:?}", found.termination);
-    // The collection's value; Gauss and Newton's steps alone take some two hundred evaluations to it.
-    assert!((found.at.cost - 85_822.2).abs() < 0.05, "{}", found.at.cost);
-    assert!(found.evaluations < 40, "{}", found.evaluations);
+    let minimum = solve([25.0, 5.0, -5.0, -1.0], &[ANYWHERE; 4], brown_dennis);
+    assert!(minimum.termination.is_converged(), "{:?}", minimum.termination);
+    // The collection's value; pure Gauss–Newton steps need some two hundred evaluations to reach it.
+    assert!((minimum.at.cost - 85_822.2).abs() < 0.05, "{}", minimum.at.cost);
+    assert!(minimum.evaluations < 40, "{}", minimum.evaluations);
 }
 
 #[test]
 fn a_failed_trial_quarters_the_radius() {
     let tried = std::cell::RefCell::new(Vec::new());
     let rule = StoppingRule { evaluations: 3, ..StoppingRule::default() };
-    let at = normal(&rosenbrock(&[-1.2, 1.0]));
-    let found = minimise(vec![-1.2, 1.0], at.clone(), &[ANYWHERE; 2], &rule, |x| {
+    let first = normal(&rosenbrock(&[-1.2, 1.0]));
+    let minimum = minimise(vec![-1.2, 1.0], first.clone(), &[ANYWHERE; 2], &rule, |x| {
         tried.borrow_mut().push(x.to_vec());
         Err::<NormalEquations, ()>(())
     });
-    assert_eq!((found.termination, found.failures), (Termination::EvaluationLimit, 3));
+    assert_eq!((minimum.termination, minimum.failures), (Termination::EvaluationLimit, 3));
     let length = |x: &Vec<f64>| {
-        let scaled = |i: usize| at.information[(i, i)].sqrt() * (x[i] - [-1.2, 1.0][i]).powi(2);
+        let scaled = |i: usize| first.information[(i, i)].sqrt() * (x[i] - [-1.2, 1.0][i]).powi(2);
         (scaled(0) + scaled(1)).sqrt()
     };
     let lengths: Vec<f64> = tried.borrow().iter().map(length).collect();
     for pair in lengths.windows(2) {
-        // Within a tenth, as lengths are.
+        // Within a tenth, the tolerance of lengths.
         assert!((pair[1] / pair[0] / 0.25 - 1.0).abs() <= 0.15, "{lengths:?}");
     }
 }
@@ -265,12 +268,12 @@ fn evaluations_go_on_until_the_first_step() {
     let edge = 19.0;
     let evaluate =
         |x: &[f64]| if x[0] < edge { Err(()) } else { logarithm(0.0)(x).map_err(|_| ()) };
-    let at = logarithm(0.0)(&[20.0]).expect("defined");
+    let first = logarithm(0.0)(&[20.0]).expect("defined");
     let rule = StoppingRule { evaluations: 2, ..StoppingRule::default() };
-    let short = minimise(vec![20.0], at.clone(), &[ANYWHERE], &rule, evaluate);
+    let short = minimise(vec![20.0], first.clone(), &[ANYWHERE], &rule, evaluate);
     assert_eq!((short.iterations, short.evaluations), (0, 2));
     let rule = StoppingRule { until_a_step: 20, ..rule };
-    let long = minimise(vec![20.0], at, &[ANYWHERE], &rule, evaluate);
+    let long = minimise(vec![20.0], first, &[ANYWHERE], &rule, evaluate);
     assert!(long.iterations > 0 && long.evaluations <= 20, "{long:?}");
 }
 
@@ -278,27 +281,27 @@ fn evaluations_go_on_until_the_first_step() {
 fn no_step_that_helps_is_a_stall_and_no_minimum() {
     // The gradient points upwards.
     let evaluate = |x: &[f64]| Ok::<_, ()>(normal(&[(1.0 + x[0] * x[0], [-1.0])]));
-    let at = evaluate(&[1.0]).expect("defined");
+    let start = evaluate(&[1.0]).expect("defined");
     let rule = StoppingRule::default();
-    let found = minimise(vec![1.0], at, &[ANYWHERE], &rule, evaluate);
-    assert_eq!(found.termination, Termination::Stalled);
-    assert!(!found.termination.is_converged());
-    // Nor is one whose sum has jumps that are larger than what steps promise.
+    let ended = minimise(vec![1.0], start, &[ANYWHERE], &rule, evaluate);
+    assert_eq!(ended.termination, Termination::Stalled);
+    assert!(!ended.termination.is_converged());
+    // Nor is a sum with jumps that are larger than the predicted reductions.
     let coarse = |x: &[f64]| {
-        let mut at = normal(&[(1.0, [0.0]), (x[0], [1.0])]);
-        at.cost = (at.cost * 1e3 + 0.5).ceil() / 1e3;
-        Ok::<_, ()>(at)
+        let mut equations = normal(&[(1.0, [0.0]), (x[0], [1.0])]);
+        equations.cost = (equations.cost * 1e3 + 0.5).ceil() / 1e3;
+        Ok::<_, ()>(equations)
     };
-    let at = coarse(&[0.02]).expect("defined");
-    let found = minimise(vec![0.02], at.clone(), &[ANYWHERE], &rule, coarse);
-    assert_eq!(found.termination, Termination::Stalled, "{found:?}");
-    // Where it is said how exactly it is known, that is the minimum.
+    let first = coarse(&[0.02]).expect("defined");
+    let stalled = minimise(vec![0.02], first.clone(), &[ANYWHERE], &rule, coarse);
+    assert_eq!(stalled.termination, Termination::Stalled, "{stalled:?}");
+    // With a given accuracy of the sum, it is the minimum.
     let rule = StoppingRule { accuracy: 1e-3, ..rule };
-    let found = minimise(vec![0.02], at, &[ANYWHERE], &rule, coarse);
-    assert_eq!(found.termination, Termination::Reduction, "{found:?}");
+    let minimum = minimise(vec![0.02], first, &[ANYWHERE], &rule, coarse);
+    assert_eq!(minimum.termination, Termination::Reduction, "{minimum:?}");
 }
 
-/// Jennrich and Sampson's problem, of large residuals (Moré, Garbow, Hillstrom, number 6).
+/// The Jennrich–Sampson problem, with large residuals (Moré, Garbow, Hillstrom, number 6).
 fn jennrich_sampson(x: &[f64]) -> Vec<(f64, [f64; 2])> {
     let row = |i: i32| {
         let k = f64::from(i);
@@ -311,27 +314,27 @@ fn jennrich_sampson(x: &[f64]) -> Vec<(f64, [f64; 2])> {
 #[test]
 fn no_search_with_large_residuals_stalls_at_the_minimum() {
     for k in 0..60 {
-        let at = f64::from(k);
-        let start = [0.05 + 0.004 * at, 0.45 - 0.005 * at];
-        let found = solve(start, &[ANYWHERE; 2], jennrich_sampson);
+        let t = f64::from(k);
+        let start = [0.05 + 0.004 * t, 0.45 - 0.005 * t];
+        let minimum = solve(start, &[ANYWHERE; 2], jennrich_sampson);
         assert!(
-            found.termination.is_converged(),
+            minimum.termination.is_converged(),
             "{start:?}: {:?} {}",
-            found.termination,
-            found.at.cost
+            minimum.termination,
+            minimum.at.cost
         );
-        assert!((found.at.cost - 124.362).abs() < 1e-3, "{start:?}: {}", found.at.cost);
+        assert!((minimum.at.cost - 124.362).abs() < 1e-3, "{start:?}: {}", minimum.at.cost);
     }
     for k in 0..60 {
-        let at = f64::from(k);
-        let start = [25.0 - 0.5 * at, 5.0 + 0.1 * at, -5.0 + 0.2 * at, -1.0 - 0.05 * at];
-        let found = solve(start, &[ANYWHERE; 4], brown_dennis);
+        let t = f64::from(k);
+        let start = [25.0 - 0.5 * t, 5.0 + 0.1 * t, -5.0 + 0.2 * t, -1.0 - 0.05 * t];
+        let minimum = solve(start, &[ANYWHERE; 4], brown_dennis);
         assert!(
-            found.termination.is_converged(),
+            minimum.termination.is_converged(),
             "{start:?}: {:?} {}",
-            found.termination,
-            found.at.cost
+            minimum.termination,
+            minimum.at.cost
         );
-        assert!((found.at.cost - 85_822.2).abs() < 0.05, "{start:?}: {}", found.at.cost);
+        assert!((minimum.at.cost - 85_822.2).abs() < 0.05, "{start:?}: {}", minimum.at.cost);
     }
 }

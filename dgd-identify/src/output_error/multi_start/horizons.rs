@@ -1,8 +1,9 @@
-//! Fits of models that switch, by way of ever longer beginnings of the recordings.
+//! Fits of models that switch, over increasing horizons of the recordings.
 //!
-//! Where a model switches when a state passes a threshold, a run with parameters that are a little off gets out of step
-//! with the recording after some cycles, and a fit of the whole recording ends in a minimum in which cycles are
-//! mistaken for their neighbours. Over a short beginning nothing is out of step yet; what fits that is close enough for a beginning that is half as long again, and so on to the whole.
+//! If a model switches when a state passes a threshold, a run with slightly wrong parameters gets out of phase with the
+//! recording after some cycles, and a fit of the whole recording ends in a minimum that confuses cycles with their
+//! neighbours. Over a short horizon nothing is out of phase yet; its fit is close enough for a horizon that is half as
+//! long again, and so on up to the whole recording.
 
 use dgd_runtime::signature::Automaton;
 use dgd_runtime::{Options, Problem, simulate};
@@ -14,22 +15,22 @@ use crate::output_error::multi_start::next_switch::next_switch;
 use crate::output_error::{OutputErrorProblem, Starts, fit};
 use crate::recording::Recording;
 
-/// The first beginning has so many readings for each estimate.
+/// Number of readings in the first horizon for each estimate.
 const READINGS: usize = 3;
 
-/// Each beginning is longer than the last one by this factor: what is off by less than a quarter of a cycle at the end
-/// of one is off by less than half of a cycle at the end of the next.
+/// Factor between horizons: a run that is off by less than a quarter of a cycle at the end of one is off by less than
+/// half a cycle at the end of the next.
 const LONGER: f64 = 1.5;
 
-/// Limit on the steps of a simulation, in multiples of those with the values to start from or of its readings,
-/// whichever are more. A visible period has at least two readings, and so forty steps.
+/// Limit on the steps of a simulation, as a multiple of those with the initial values or of its readings, whichever is
+/// larger. A visible period has at least two readings, and so forty steps.
 const TIMES: usize = 20;
 
-/// The fit of a beginning ends where a step promises no more than this part of Σ r²: the next one goes on from there, and
-/// what a short beginning hardly determines is not worth the search.
+/// The fit of a horizon ends when a step promises no more than this fraction of Σ r²: the next one continues from
+/// there, and parameters that a short horizon hardly determines are not worth the search.
 const NEAR: f64 = 0.01;
 
-/// A fit, of a model that switches by way of ever longer beginnings.
+/// A fit, over increasing horizons if the model switches.
 ///
 /// # Errors
 ///
@@ -48,23 +49,23 @@ pub(super) fn fit_by_horizons(problem: &OutputErrorProblem<'_>) -> Result<Fit, E
         let stopping = StoppingRule { reduction: NEAR, ..problem.stopping };
         let head =
             OutputErrorProblem { p: &near.p, recordings: &heads, stopping, ..problem.clone() };
-        // What a beginning does not tell, or cannot be simulated, a longer one may.
+        // A longer horizon may determine more, or be possible to simulate.
         let Ok(found) = fit_with_next_switch(&head, &mut spent) else { continue };
         spent.add(&found);
         near.go_to(&found);
     }
     let whole = OutputErrorProblem { p: &near.p, recordings: &near.recordings, ..problem.clone() };
-    let found = fit_with_next_switch(&whole, &mut spent);
+    let by_horizons = fit_with_next_switch(&whole, &mut spent);
     let options = patient.options;
-    let mut found = found.or_else(|_| fit(&OutputErrorProblem { options, ..whole }))?;
-    found.iterations += spent.iterations;
-    found.evaluations += spent.evaluations;
-    found.failures += spent.failures;
-    Ok(found)
+    let mut best = by_horizons.or_else(|_| fit(&OutputErrorProblem { options, ..whole }))?;
+    best.iterations += spent.iterations;
+    best.evaluations += spent.evaluations;
+    best.failures += spent.failures;
+    Ok(best)
 }
 
-/// Limit on the steps of a simulation: a model that switches to and fro without end, as a thermostat whose thresholds
-/// have met, is a minimum of its own, and takes all the time there is.
+/// Limit on the steps of a simulation: endless switching, as by a thermostat whose thresholds have met, is a minimum of
+/// its own, and takes unlimited time.
 fn most_steps(problem: &OutputErrorProblem<'_>) -> usize {
     let tried = |(recording, start): (&Recording, &Starts)| {
         let inputs = &recording.inputs;
@@ -80,38 +81,38 @@ fn most_steps(problem: &OutputErrorProblem<'_>) -> usize {
     problem.options.max_steps.min(TIMES * most)
 }
 
-/// A fit, and again from where the model makes a switch that it had not made, as long as that is better.
+/// Fits, and refits from points with an additional switch of the model as long as that improves the result.
 fn fit_with_next_switch(
     problem: &OutputErrorProblem<'_>,
     spent: &mut Spent,
 ) -> Result<Fit, EstimateError> {
-    let mut found = fit(problem)?;
+    let mut best = fit(problem)?;
     loop {
-        let (switched, simulations) = next_switch(problem, &found, NEAR);
+        let (switched, simulations) = next_switch(problem, &best, NEAR);
         spent.evaluations += simulations;
-        let Some(p) = switched else { return Ok(found) };
-        let recordings: Vec<Recording> = (problem.recordings.iter().zip(&found.starts))
+        let Some(p) = switched else { return Ok(best) };
+        let recordings: Vec<Recording> = (problem.recordings.iter().zip(&best.starts))
             .map(|(recording, start)| Recording { start: start.clone(), ..recording.clone() })
             .collect();
         let again = OutputErrorProblem { p: &p, recordings: &recordings, ..problem.clone() };
         match fit(&again) {
-            Ok(other) if other.deviance < found.deviance => {
-                spent.add(&found);
-                found = other;
+            Ok(other) if other.deviance < best.deviance => {
+                spent.add(&best);
+                best = other;
             }
             Ok(other) => {
                 spent.add(&other);
-                return Ok(found);
+                return Ok(best);
             }
-            Err(_) => return Ok(found),
+            Err(_) => return Ok(best),
         }
     }
 }
 
-/// Where the next fit starts.
+/// The starting point of the next fit.
 struct Near {
     p: Vec<f64>,
-    /// With start values as they were found.
+    /// Recordings with the start values found.
     recordings: Vec<Recording>,
 }
 
@@ -124,7 +125,7 @@ impl Near {
     }
 }
 
-/// What the fits of beginnings took.
+/// Work spent on the fits of horizons.
 #[derive(Default)]
 struct Spent {
     iterations: usize,
@@ -140,8 +141,8 @@ impl Spent {
     }
 }
 
-/// The part of the recordings to begin with: as many readings of each as [`READINGS`] says. `None` for a model that does
-/// not switch, and where the whole is needed.
+/// The first horizon as a fraction of the recordings: with as many readings of each as [`READINGS`] requires. `None`
+/// for a model that does not switch, and if the whole is needed.
 fn first_part(problem: &OutputErrorProblem<'_>) -> Option<f64> {
     let switches = |automaton: &Automaton| !automaton.kind.keeps_slopes();
     if !problem.system.signature().discrete.automata.iter().any(switches) {
@@ -158,7 +159,7 @@ fn first_part(problem: &OutputErrorProblem<'_>) -> Option<f64> {
     parts.filter(|part| 0.0 < *part && *part < 1.0).min_by(f64::total_cmp)
 }
 
-/// A part of a recording, as if there were no more of it, but for what does not count.
+/// The first part of a recording, with the same uncounted burn-in.
 fn beginning(recording: &Recording, part: f64) -> Recording {
     let (Some(from), Some(until)) = (recording.times.first(), recording.times.last()) else {
         return recording.clone();

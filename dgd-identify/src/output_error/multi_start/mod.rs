@@ -1,9 +1,9 @@
-//! Fits from several starting points, and the minima that they end in.
+//! Fits from several starting points, and the minima that they reach.
 //!
-//! A fit finds the minimum in whose valley it starts; [`points`] draws where. Those of models that switch take the way
-//! over ever longer beginnings ([`horizons`]). What N fits from points drawn at random say
-//! of minima that none of them found: one whose valley has the part v of the volume they were drawn from is missed by
-//! all with a probability of (1 − v)ᴺ, which is below 5 % from v = 3/N on.
+//! A fit finds the minimum in whose basin it starts; [`points`] draws the starting points. Fits of models that switch
+//! proceed over increasing horizons ([`horizons`]). N fits from random points also bound the minima that none of them
+//! found: a basin with the fraction v of the sampled volume is missed by all with a probability of (1 − v)ᴺ, which is
+//! below 5 % from v = 3/N on.
 
 mod horizons;
 mod next_switch;
@@ -22,46 +22,46 @@ use crate::output_error::multi_start::points::StartingPoints;
 use crate::output_error::{OutputErrorProblem, Starts, fit};
 use crate::progress::{Of, Progress, Watch};
 
-/// Fits whose deviances differ by less may have ended in one minimum.
+/// Fits whose deviances differ by less than this may be at the same minimum.
 const SAME_DEVIANCE: f64 = 0.1;
 
-/// And in no estimate differ by more standard deviations: in one valley, a deviance that is 0.1 higher is
-/// 0.32 of one away.
+/// They also differ in no estimate by more standard deviations than this: in one basin, a deviance that is 0.1 higher
+/// is 0.32 standard deviations away.
 const SAME_PLACE: f64 = 1.0;
 
-/// What became of a starting point.
+/// The result of a starting point.
 #[derive(Debug, Clone)]
 pub enum PointEnd {
     /// The fit from there.
     Fitted(Box<Fit>),
-    /// There is none.
+    /// The fit failed.
     Failed(EstimateError),
-    /// The watch had stopped it before.
+    /// The search was cancelled before.
     LeftOut,
 }
 
 /// Fits from several points.
 #[derive(Debug, Clone)]
 pub struct MultiStart {
-    /// Position of the point from which the best was found.
+    /// Position of the starting point of the best fit.
     pub best: usize,
-    /// The best.
+    /// The best fit.
     pub fit: Fit,
-    /// What became of each point.
+    /// The result of each point.
     pub ends: Vec<PointEnd>,
-    /// Draws that could not be simulated, and were replaced.
+    /// Number of draws that could not be simulated, and were replaced.
     pub failed_draws: usize,
 }
 
-/// −ln 0.05: of so many draws on average none misses 95 %.
+/// −ln 0.05: with an average of this many draws in a region, the probability of missing it is 5 %.
 const SURE: f64 = 3.0;
 
-/// A minimum, and the points from which it is found.
+/// A minimum, and the points that lead to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocalMinimum {
-    /// Positions of the points, that with the least deviance first.
+    /// Positions of the points, the one with the lowest deviance first.
     pub points: Vec<usize>,
-    /// Its deviance over that of the best.
+    /// Its deviance, relative to that of the best.
     pub above: f64,
 }
 
@@ -74,9 +74,8 @@ impl MultiStart {
         }
     }
 
-    /// The least part of the volume that points were drawn from, for which a minimum whose valley is as large would have
-    /// been found with a probability of 95 %: 3/N, N being the points that reached a minimum, without the first, which
-    /// was not drawn. `None` where that is everything.
+    /// The volume fraction of basins that would have been found with a probability of 95 %: 3/N, with N the number of
+    /// points that reached a minimum, without the first, which was not drawn. `None` if that is 1 or more.
     pub fn found_volume(&self) -> Option<f64> {
         let reached = |k: &usize| self.fit_of(*k).is_some_and(|fit| fit.termination.is_converged());
         let drawn = (1..self.ends.len()).filter(reached).count();
@@ -85,8 +84,8 @@ impl MultiStart {
 
     /// The minima that were reached, the best first.
     ///
-    /// Two fits are at the same one if their deviances are within 0.1, and all estimates that the first
-    /// determines within a standard deviation.
+    /// Two fits are at the same one if their deviances differ by at most 0.1, and all estimates that the first
+    /// determines by at most one standard deviation.
     pub fn minima(&self) -> Vec<LocalMinimum> {
         let mut fits: Vec<(usize, &Fit)> = (0..self.ends.len())
             .filter_map(|k| Some((k, self.fit_of(k)?)))
@@ -119,13 +118,13 @@ fn is_same(first: &Fit, other: &Fit) -> bool {
 
 /// Fits from several points, and the best of them.
 ///
-/// Each point gives values to some parameters, by position, SI; the others start as in `problem`. The best
-/// is the fit with the least [`Fit::deviance`] of those that reached a minimum, the first of equals. Where
-/// the watch of the problem stops it, that is the best so far, and the points that are left are not tried.
+/// Each point gives values to some parameters, by position, SI; the others start as in `problem`. The best is the fit
+/// with the lowest [`Fit::deviance`] among those that reached a minimum, the first of ties. If cancelled, that is the
+/// best so far, and the remaining points are not tried.
 ///
 /// # Errors
 ///
-/// That of the first point, where no fit from any point succeeds.
+/// That of the first point, if the fits from all points fail.
 ///
 /// # Panics
 ///
@@ -138,7 +137,7 @@ pub fn fit_from(
     fit_each(problem, points.len(), |_, k| Some((points[k].clone(), 0)))
 }
 
-/// The same from points that are drawn, each drawn again where it cannot be simulated.
+/// [`fit_from`] with drawn points; a point that cannot be simulated is drawn again.
 ///
 /// # Errors
 ///
@@ -150,7 +149,7 @@ pub fn fit_from_drawn(
     fit_each(problem, points.len(), |problem, k| points.simulated(problem, k))
 }
 
-/// The same from one of the points alone.
+/// [`fit_from_drawn`] from one of the points alone.
 ///
 /// # Errors
 ///
@@ -163,14 +162,14 @@ pub fn fit_from_point(
     fit_each(problem, 1, |problem, _| points.simulated(problem, k))
 }
 
-/// Fits from so many points; `point` gives each, and how many draws it took, in the thread that fits from it, or nothing
-/// where it was stopped.
+/// Fits from `count` points; `point` returns each, with its number of draws, in the thread that fits from it, or `None`
+/// if cancelled.
 fn fit_each(
     problem: &OutputErrorProblem<'_>,
     count: usize,
     point: impl Fn(&OutputErrorProblem<'_>, usize) -> Option<(Starts, usize)> + Sync,
 ) -> Result<MultiStart, EstimateError> {
-    // All but the system, of which each thread has one.
+    // Everything except the system, of which each thread has its own.
     let OutputErrorProblem { system, p, ref free, recordings, ref noise, ref priors, .. } =
         *problem;
     let OutputErrorProblem { loss, options, stopping, negligible_reduction, .. } = *problem;
@@ -202,7 +201,7 @@ fn fit_each(
         for &(i, value) in &drawn {
             p[i] = value;
         }
-        // Who asks for one start alone says where it is.
+        // A single start is at the given values.
         let fitted = if count == 1 { fit } else { fit_by_horizons };
         let end = match fitted(&OutputErrorProblem { p: &p, ..of_thread }) {
             Ok(fit) => PointEnd::Fitted(Box::new(fit)),
@@ -219,7 +218,7 @@ fn fit_each(
         PointEnd::Fitted(fit) => Some((k, fit.as_ref())),
         PointEnd::Failed(_) | PointEnd::LeftOut => None,
     });
-    // One that was stopped on its way may be the best so far.
+    // A cancelled fit may be the best so far.
     let is_blocked =
         |fit: &Fit| !fit.termination.is_converged() && fit.termination != Termination::Stopped;
     let best = fitted.min_by(|(_, a), (_, b)| {
@@ -235,7 +234,7 @@ fn fit_each(
     Err(first.unwrap_or(EstimateError::Stopped))
 }
 
-/// A watch that is not told how far single fits are.
+/// Forwards cancellation, but not the progress of single fits.
 #[derive(Debug)]
 struct Silent<'a>(&'a dyn Watch);
 

@@ -1,14 +1,14 @@
-//! The next switch of a model, where a run does not reach its threshold.
+//! Finds the next switch of a model if a run does not reach its threshold.
 //!
-//! A threshold that a run does not reach has no influence: no derivative tells that the recording has a switch there.
-//! So the moment of the switch is looked for instead. For each of some moments since the last switch, the parameters on
-//! which the threshold depends are moved until the run reaches it there,
+//! A threshold that a run does not reach has no influence: no derivative shows that the recording has a switch there.
+//! So the time of the switch is searched instead. For each of some times since the last switch, the parameters that
+//! affect the threshold are moved until the run reaches it there,
 //!
 //! ```text
 //!   e(y(t), p + δ) = 0,   δ = −e S² ∂e/∂p / (∂e/∂pᵀ S² ∂e/∂p),   S = diag |p|
 //! ```
 //!
-//! with y as it is, and the best moment is where the next fit starts.
+//! with y unchanged, and the next fit starts at the best time.
 
 use dgd_runtime::model::Model;
 use dgd_runtime::signature::{Automaton, AutomatonKind, Crossing};
@@ -20,14 +20,14 @@ use crate::output_error::fit::Fit;
 use crate::output_error::{OutputErrorProblem, evaluate};
 use crate::recording::Recording;
 
-/// Number of moments that are tried since the last switch.
+/// Number of times since the last switch to try.
 const MOMENTS: usize = 8;
 
 /// Number of Newton steps to a threshold; most are linear in their parameters.
 const STEPS: usize = 3;
 
-/// Parameters from which a switch that the fit does not make improves it by more than this part, and the number of
-/// simulations that the search took.
+/// Parameters with an additional switch that improves the fit by more than this fraction, and the number of simulations
+/// for the search.
 pub(super) fn next_switch(
     problem: &OutputErrorProblem<'_>,
     found: &Fit,
@@ -47,19 +47,19 @@ pub(super) fn next_switch(
     (best.filter(|(cost, _)| *cost < limit).map(|(_, p)| p), simulations)
 }
 
-/// Parameters with which a run reaches a threshold of its last mode at some moment since the last switch.
+/// Parameters with which a run reaches a threshold of its last mode at some time since the last switch.
 fn points(problem: &OutputErrorProblem<'_>, found: &Fit) -> Vec<Vec<f64>> {
     let signature = problem.system.signature();
-    // Values that are read late are not known here.
+    // Delayed values are not available here.
     if !signature.delayed_inputs.is_empty() || !signature.delayed_unknowns.is_empty() {
         return Vec::new();
     }
-    let mut all = Vec::new();
+    let mut points = Vec::new();
     for (recording, start) in problem.recordings.iter().zip(&found.starts) {
         let run =
             Problem { system: &problem.system, p: &found.p, inputs: &recording.inputs, start };
         let Ok(solution) = simulate(&run, &recording.times, &problem.options) else { continue };
-        let at = Run { system: problem.system, recording, solution: &solution };
+        let run = Run { system: problem.system, recording, solution: &solution };
         let mut first = 0;
         for (a, automaton) in signature.discrete.automata.iter().enumerate() {
             let transitions = first..first + automaton.transitions.len();
@@ -67,22 +67,22 @@ fn points(problem: &OutputErrorProblem<'_>, found: &Fit) -> Vec<Vec<f64>> {
             if !is_declared(automaton) {
                 continue;
             }
-            let Some((mode, rows)) = at.last_stretch(a) else { continue };
+            let Some((mode, rows)) = run.last_stretch(a) else { continue };
             for (e, transition) in transitions.zip(automaton.transitions.iter()) {
                 if transition.from != mode {
                     continue;
                 }
                 let moved = rows.iter().filter_map(|&k| {
-                    at.reaching(e, transition.crossing, k, &found.p, &problem.free)
+                    run.reaching(e, transition.crossing, k, &found.p, &problem.free)
                 });
-                all.extend(moved);
+                points.extend(moved);
             }
         }
     }
-    all
+    points
 }
 
-/// Whether its thresholds are those of the model's author.
+/// Whether its thresholds were declared by the model's author.
 fn is_declared(automaton: &Automaton) -> bool {
     matches!(automaton.kind, AutomatonKind::Modes | AutomatonKind::When)
 }
@@ -108,8 +108,8 @@ impl Run<'_> {
         Some((mode(last) as usize, moments))
     }
 
-    /// The parameters with which event function e is zero at a row; `None` if it passes zero before, or does not depend on
-    /// free parameters enough.
+    /// The parameters with which event function e is zero at a row; `None` if it passes zero before, or does not depend
+    /// enough on free parameters.
     fn reaching(
         &self,
         e: usize,
@@ -151,21 +151,21 @@ impl Run<'_> {
         (self.event(e, k, &p).0.abs() < 0.01 * before.abs()).then_some(p)
     }
 
-    /// Event function e at a row, and its derivatives with respect to the directions with the unknowns held.
+    /// Event function e at a row, and its derivatives with respect to the directions with the unknowns fixed.
     fn event(&self, e: usize, k: usize, p: &[f64]) -> (f64, Vec<f64>) {
         let signature = self.system.signature();
         let (t, y, z) = (self.recording.times[k], self.solution.y(k), self.solution.z(k));
         let mut u = vec![0.0; signature.inputs.len()];
         self.recording.inputs.value(t, side(&self.recording.times, k), &mut u);
-        let at = Point { t, y, u: &u, p, z };
+        let point = Point { t, y, u: &u, p, z };
         let discrete = &signature.discrete;
         let n_e = discrete.automata.iter().map(|automaton| automaton.transitions.len()).sum();
         let udot = vec![0.0; u.len()];
         let mut by_theta = vec![0.0; discrete.event_directions.len()];
         let mut by_y = vec![0.0; discrete.event_jacobian.len()];
         let (mut values, mut by_t) = (vec![0.0; n_e], vec![0.0; n_e]);
-        self.system.event_functions(at, &mut values);
-        self.system.event_derivatives(at, &udot, &mut by_theta, &mut by_y, &mut by_t);
+        self.system.event_functions(point, &mut values);
+        self.system.event_derivatives(point, &udot, &mut by_theta, &mut by_y, &mut by_t);
         let mut slopes = vec![0.0; signature.directions.len()];
         for ((row, j), slope) in discrete.event_directions.positions().zip(&by_theta) {
             if row == e {

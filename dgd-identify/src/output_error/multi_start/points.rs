@@ -1,16 +1,16 @@
-//! Points to start fits from.
+//! Starting points of fits.
 //!
-//! They are a Latin hypercube: with n of them, each parameter has one in each n-th of its range. By values,
+//! They are a Latin hypercube: with n points, each parameter has one in each n-th of its range. Around the values,
 //!
 //! | parameter | range |
 //! |---|---|
 //! | with a prior | two standard deviations to both sides |
-//! | with bounds on both sides of zero, or at zero | between its bounds, or its size where it has none |
+//! | with bounds on both sides of zero, or at zero | between its bounds, or within its size if it has none |
 //! | any other | from a tenth of its value to ten times of it, evenly in the logarithm, within its bounds |
 //!
-//! and by bounds all that lies between them, evenly in the logarithm where the model says `log`; a parameter that has a prior,
-//! or not both bounds, has its range by values. Each point is simulated once, without sensitivities; one that cannot be is
-//! drawn again in its strata, so that no fit is spent on it.
+//! and with bounds, the range between them, evenly in the logarithm if the model says `log`; a parameter that has a
+//! prior, or not both bounds, has its range around its value. Each point is simulated once, without sensitivities; one
+//! that cannot be simulated is drawn again in its strata, so that no fit is wasted on it.
 //!
 //! Source: McKay, Beckman, Conover, A comparison of three methods for selecting values of input variables,
 //! Technometrics 21 (1979) 239.
@@ -22,46 +22,46 @@ use dgd_runtime::signature::PriorDensity;
 use crate::output_error::{OutputErrorProblem, Starts, evaluate};
 use crate::random::Uniform;
 
-/// How far a parameter may be from its value, as a factor.
+/// Largest factor between a parameter and its value.
 const FACTOR: f64 = 10.0;
 
-/// How far it may be from the mean of its prior, in standard deviations.
+/// Largest distance from the mean of its prior, in standard deviations.
 const OF_PRIOR: f64 = 2.0;
 
-/// How often a point that cannot be simulated is drawn again.
+/// Limit on the draws of a point that cannot be simulated.
 const MOST_DRAWS: usize = 20;
 
-/// What points are drawn from.
+/// The ranges that points are drawn from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DrawnFrom {
     /// Around the values of the problem.
     #[default]
     Values,
-    /// All that lies between bounds.
+    /// The whole range between bounds.
     Bounds,
 }
 
-/// Where fits may start: the problem's own point, and others that are drawn.
+/// Starting points of fits: the problem's own point, and others that are drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StartingPoints {
-    /// Of each parameter that is drawn: its position, its range, and the stratum of each drawn point.
+    /// For each parameter that is drawn: its position, its range, and the stratum of each drawn point.
     ranges: Vec<(usize, Range, Vec<usize>)>,
-    /// Of each drawn point: what it is drawn with.
+    /// The seed of each drawn point.
     seeds: Vec<u64>,
 }
 
 impl StartingPoints {
-    /// How many there are, the first being the problem's own.
+    /// Number of points, the first being the problem's own.
     pub fn len(&self) -> usize {
         self.seeds.len() + 1
     }
 
-    /// Never: there is the problem's own.
+    /// Always false: there is the problem's own.
     pub fn is_empty(&self) -> bool {
         false
     }
 
-    /// Values of parameters, by position, SI, of the first, second, … draw of a point. The problem's own has none.
+    /// Values of parameters, by position, SI, for the first, second, … draw of a point. The problem's own has none.
     pub fn draw(&self, point: usize, draw: usize) -> Starts {
         let Some(k) = point.checked_sub(1) else { return Starts::new() };
         // Each draw has a stream of its own.
@@ -77,15 +77,15 @@ impl StartingPoints {
         self.ranges.iter().map(of_range).collect()
     }
 
-    /// The first draw of a point that can be simulated, or the last of several that cannot, and how many cannot. No
-    /// sensitivities are computed. `None` where the watch stops it.
+    /// The first draw of a point that can be simulated, or the last if none of several can, and the number of failures.
+    /// Sensitivities are not computed. `None` if cancelled.
     pub(super) fn simulated(
         &self,
         problem: &OutputErrorProblem<'_>,
         point: usize,
     ) -> Option<(Starts, usize)> {
         let mut drawn = self.draw(point, 0);
-        // Whether its own point can be simulated its fit says.
+        // For its own point, the fit decides whether it can be simulated.
         if point == 0 {
             return Some((drawn, 0));
         }
@@ -112,17 +112,17 @@ impl StartingPoints {
 /// The increment of [`mixed`]'s argument in a stream.
 const INCREMENT: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Bits that look random, of a counter: SplitMix64 of Steele, Lea, Flood, Fast splittable pseudorandom number
-/// generators, OOPSLA (2014).
+/// Pseudo-random bits from a counter: SplitMix64 of Steele, Lea, Flood, Fast splittable pseudorandom number generators,
+/// OOPSLA (2014).
 fn mixed(counter: u64) -> u64 {
     let z = (counter ^ (counter >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
 
-/// So many points to start from, that of the problem first.
+/// `count` starting points, that of the problem first.
 ///
-/// `random` gives uniform 64-bit numbers.
+/// `random` returns uniform 64-bit numbers.
 pub fn starting_points(
     problem: &OutputErrorProblem<'_>,
     count: usize,
@@ -144,12 +144,12 @@ pub fn starting_points(
     StartingPoints { ranges, seeds: (0..drawn).map(|_| random()).collect() }
 }
 
-/// Where a parameter may start, SI.
+/// The starting range of a parameter, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Range {
     from: f64,
     until: f64,
-    /// Whether it is even in the logarithm.
+    /// Whether it is uniform in the logarithm.
     by_factors: bool,
 }
 
@@ -183,11 +183,11 @@ impl Range {
             return within(or_size(lower, -size), or_size(upper, size), false);
         }
         let range = within(value / FACTOR, value * FACTOR, true);
-        // A bound at zero, or beyond, has no logarithm.
+        // A bound at zero, or on the other side, has no logarithm.
         Self { by_factors: range.from * range.until > 0.0, ..range }
     }
 
-    /// The value at a place between 0 and 1.
+    /// The value at a position between 0 and 1.
     fn at(&self, place: f64) -> f64 {
         let Self { from, until, by_factors } = *self;
         let value = if by_factors {

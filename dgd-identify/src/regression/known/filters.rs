@@ -1,4 +1,4 @@
-//! 1/Λ(s) and s/Λ(s) of signals that are straight lines between samples.
+//! 1/Λ(s) and s/Λ(s) of signals that are linear between samples.
 //!
 //! ```text
 //!   Λ(s) = λ₀ + λ₁ s + … + λₙ sⁿ
@@ -6,12 +6,12 @@
 //!   [x u u̇](t + τ) = exp([A B 0; 0 0 1; 0 0 0] τ) [x u u̇](t)
 //! ```
 //!
-//! An equation of which both sides are filtered holds as before, and s/Λ(s) y is the filtered derivative
-//! of y without a derivative being taken: Ioannou, Sun, Robust Adaptive Control (1996), §4.2.
+//! An equation remains valid when both sides are filtered, and s/Λ(s) y is the filtered derivative of y without
+//! differentiation: Ioannou, Sun, Robust Adaptive Control (1996), §4.2.
 
 use nalgebra::{DMatrix, DVector};
 
-/// A filter and the states of as many channels as are fed to it.
+/// A filter and the states of its channels.
 #[derive(Debug, Clone)]
 pub struct LambdaFilter {
     /// λ₀ … λₙ.
@@ -19,14 +19,14 @@ pub struct LambdaFilter {
     channels: usize,
     /// n × channels.
     states: DMatrix<f64>,
-    /// Values that came in last, and their slopes from there on.
+    /// The last values, and their slopes from there on.
     values: Vec<f64>,
     slopes: Vec<f64>,
-    /// Transitions over the offsets used last.
+    /// Transitions over the most recent offsets.
     cached: Vec<(f64, Transition)>,
 }
 
-/// How the states move over a time.
+/// Transition of the states over a time.
 #[derive(Debug, Clone)]
 struct Transition {
     state: DMatrix<f64>,
@@ -34,12 +34,12 @@ struct Transition {
     slope: DVector<f64>,
 }
 
-/// Transitions that are kept: the nodes of a step, and its end.
+/// Number of transitions stored: the nodes of a step, and its end.
 const CACHED: usize = 16;
 
 impl LambdaFilter {
-    /// A filter with the coefficients λ₀ … λₙ of Λ(s), at rest; `None` unless Λ is of first order at
-    /// least and all of its roots are to the left of the imaginary axis.
+    /// A filter with the coefficients λ₀ … λₙ of Λ(s), at rest; `None` unless Λ is of order one or more and all of its
+    /// roots are to the left of the imaginary axis.
     pub fn new(lambda: &[f64], channels: usize) -> Option<Self> {
         let n = lambda.len().checked_sub(1).filter(|n| *n > 0)?;
         if !lambda.iter().all(|coefficient| coefficient.is_finite()) || lambda[n] == 0.0 {
@@ -70,7 +70,7 @@ impl LambdaFilter {
         Self::new(&lambda, channels)
     }
 
-    /// As it would be if the values had been these for ever.
+    /// Sets the steady state for these values.
     pub fn settle(&mut self, values: &[f64]) {
         self.states.fill(0.0);
         for (c, value) in values.iter().enumerate() {
@@ -80,7 +80,7 @@ impl LambdaFilter {
         self.slopes.fill(0.0);
     }
 
-    /// The values jump to `from`, and will go in straight lines to `to` within h seconds.
+    /// Makes the values jump to `from`, and then move linearly to `to` within h seconds.
     pub fn lead(&mut self, from: &[f64], to: &[f64], h: f64) {
         self.values.copy_from_slice(from);
         for (c, slope) in self.slopes.iter_mut().enumerate() {
@@ -103,7 +103,7 @@ impl LambdaFilter {
         }
     }
 
-    /// Goes on by τ seconds.
+    /// Advances by τ seconds.
     pub fn advance(&mut self, tau: f64) {
         self.states = self.states_after(tau);
         for (value, slope) in self.values.iter_mut().zip(&self.slopes) {
@@ -121,8 +121,8 @@ impl LambdaFilter {
             let transition = self.transition(tau);
             self.cached.push((tau, transition));
         }
-        let found = self.cached.iter().find(|(cached, _)| *cached == tau);
-        let Some((_, Transition { state, value, slope })) = found else {
+        let transition = self.cached.iter().find(|(cached, _)| *cached == tau);
+        let Some((_, Transition { state, value, slope })) = transition else {
             unreachable!("it has just been put there")
         };
         state * &self.states + value * values.transpose() + slope * slopes.transpose()

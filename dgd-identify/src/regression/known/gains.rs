@@ -1,4 +1,4 @@
-//! How far unknowns move with the readings that give them.
+//! Sensitivity of unknowns to the readings that determine them.
 
 use dgd_runtime::Point;
 use dgd_runtime::for_identify::unknown_sizes;
@@ -7,24 +7,24 @@ use nalgebra::DMatrix;
 
 use super::{Inverse, Known, Sensors, Solver};
 
-/// By how much unknowns are off where outputs are.
+/// The sensitivity of unknowns to errors of outputs.
 pub(crate) struct Gains<'a> {
     solver: Solver<'a>,
     sizes: Vec<f64>,
-    /// Values that stand in for unknowns that are not known.
+    /// Values that replace unknowns that are not known.
     guess: Vec<f64>,
 }
 
 impl<'a> Gains<'a> {
-    /// Close to `guess`.
+    /// The sensitivities near `guess`.
     pub(crate) fn new(system: &'a dyn Model, sensors: &'a Sensors, guess: Vec<f64>) -> Self {
         let mut sizes = vec![0.0; guess.len()];
         unknown_sizes(&system, &guess, &mut sizes);
         Self { solver: Solver::new(system, sensors, sizes.clone()), sizes, guess }
     }
 
-    /// What each unknown moves by, SI, for an error of one standard deviation of each output that was measured
-    /// at sample k: n × outputs.
+    /// The error of each unknown, SI, for an error of one standard deviation of each output that was measured at sample
+    /// k: n × outputs.
     pub(crate) fn at(
         &mut self,
         known: &Known,
@@ -32,22 +32,22 @@ impl<'a> Gains<'a> {
         p: &[f64],
         measured: &dyn Fn(usize) -> f64,
     ) -> Option<DMatrix<f64>> {
-        let at = known.point(k, p);
-        for (guess, y) in self.guess.iter_mut().zip(at.y) {
+        let point = known.point(k, p);
+        for (guess, y) in self.guess.iter_mut().zip(point.y) {
             if y.is_finite() {
                 *guess = *y;
             }
         }
         let y = self.guess.clone();
-        let (matrix, _) = self.solver.linearized(Point { y: &y, ..at }, measured)?;
+        let (matrix, _) = self.solver.linearized(Point { y: &y, ..point }, measured)?;
         if !self.solver.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
             let inverse = Inverse::of(&matrix)?;
             self.solver.last = Some((matrix, inverse));
         }
         let (_, inverse) = self.solver.last.as_ref()?;
         let sensors = self.solver.sensors.outputs.iter();
-        let seen = sensors.filter(|(output, _)| measured(*output).is_finite()).count();
-        let mut gains = inverse.pseudo.columns(0, seen.min(inverse.pseudo.ncols())).into_owned();
+        let n_seen = sensors.filter(|(output, _)| measured(*output).is_finite()).count();
+        let mut gains = inverse.pseudo.columns(0, n_seen.min(inverse.pseudo.ncols())).into_owned();
         for (mut row, size) in gains.row_iter_mut().zip(&self.sizes) {
             row *= *size;
         }

@@ -1,39 +1,39 @@
-//! Unknowns that are read late, from what readings said of them at that time.
+//! Delayed unknowns, from the readings at the earlier time.
 //!
 //! ```text
-//!   x(t − τ):  cubic between neighbouring samples, through what readings give there with slopes of
+//!   x(t − τ):  cubic between neighbouring samples, through the values there, with slopes from
 //!              [`super::slopes`]; ẋ(t − τ) is its derivative
 //! ```
 //!
-//! So the value at a sample is what was read, and both change smoothly with a delay that is estimated. What
-//! was before the record is not known: samples whose past begins there have no rows. Which ones these are
-//! is settled before a delay is searched for, or it would become longer to be rid of rows.
+//! So the value at a sample is the reading, and both change smoothly with a delay that is estimated. Values before the
+//! record are unknown: samples whose history begins there have no rows. These samples are determined before the search
+//! for a delay, or it would become longer to get rid of rows.
 
 use dgd_runtime::Point;
 use dgd_runtime::model::Model;
 
 use crate::regression::known::Known;
 
-/// What is taken for values before the record.
+/// Treatment of values before the record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum BeforeRecord {
-    /// They are not known.
+    /// Unknown.
     Unknown,
-    /// Those of the first sample: for samples that had all of their past with the first guess of a delay.
+    /// Those of the first sample: for samples whose whole history was known with the first guess of a delay.
     AsAtFirst,
 }
 
-/// Delayed unknowns of a system, and the delays at the point looked at last.
+/// Delayed unknowns of a system, and their delays at the last point.
 #[derive(Debug, Clone)]
 pub(crate) struct Late {
     constant: Vec<f64>,
     varying: Vec<f64>,
-    /// The earliest time that was looked up at the point written for last, s.
+    /// The earliest time read for the last point, s.
     pub earliest: f64,
 }
 
 impl Late {
-    /// `None` where nothing is read late.
+    /// `None` without delayed unknowns.
     pub(crate) fn new(system: &dyn Model) -> Option<Self> {
         let signature = system.signature();
         (!signature.delayed_unknowns.is_empty()).then(|| Self {
@@ -43,8 +43,8 @@ impl Late {
         })
     }
 
-    /// Writes what is known of delayed unknowns at `at` behind the inputs in `u`, which is that of the point;
-    /// NaN where readings do not say.
+    /// Writes delayed unknowns at `at` after the inputs in `u`, which is that of the point; NaN where readings do not
+    /// determine them.
     pub(crate) fn write(
         &mut self,
         system: &dyn Model,
@@ -79,7 +79,7 @@ impl Late {
     }
 }
 
-/// Value and slope at s of the way from one sample to the next, h apart.
+/// Value and slope at s of the interpolation between two samples at a distance h.
 pub(crate) fn cubic(s: f64, h: f64, [y0, y1]: [f64; 2], [m0, m1]: [f64; 2]) -> [f64; 2] {
     // Hermite: y = y₀ + s d + s (1 − s) ((1 − s) a − s b),  a = h m₀ − d,  b = h m₁ − d
     let d = y1 - y0;

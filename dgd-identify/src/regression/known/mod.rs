@@ -1,17 +1,17 @@
-//! What readings say of the unknowns at each sample.
+//! Determines the unknowns at each sample from the readings.
 //!
 //! ```text
 //!   w_s(t, y, u, p) = measured          outputs without a parameter to be estimated
 //!   f_a(t, y, u, p) = 0                 algebraic equations without one
 //! ```
 //!
-//! are solved for y at each sample by Gauss and Newton, outputs weighted by their noise, equations so
-//! heavily that they hold (Golub, Van Loan, 4th ed., §6.2.3). Which equations are algebraic is a question of
-//! the modes, which [`super::modes`] follows, with unknowns that are carried along. An unknown that is neither
-//! determined nor carried is NaN there. Slopes of what readings determine are those of [`super::slopes`].
+//! are solved for y at each sample by Gauss–Newton, with outputs weighted by their noise, and equations weighted so
+//! heavily that they hold (Golub, Van Loan, 4th ed., §6.2.3). Modes decide which equations are algebraic;
+//! [`super::modes`] follows them, with unknowns that are carried along. An unknown that is neither determined nor
+//! carried is NaN. Slopes of determined unknowns are those of [`super::slopes`].
 //!
-//! Equations that read an unknown late need it at other samples: where there are such, all is solved once more
-//! with what is known by then.
+//! Equations with delayed unknowns need these at other samples: in that case, everything is solved once more with the
+//! values known by then.
 
 pub(super) mod filters;
 pub(crate) mod gains;
@@ -32,28 +32,28 @@ use crate::regression::known::modes::{Carrier, is_reset, remembered};
 use crate::regression::known::slopes::slopes;
 use crate::variables::first_start;
 
-/// Corrections below this part of an unknown's size end the iteration.
+/// Corrections below this fraction of an unknown's size end the iteration.
 const CONVERGED: f64 = 1e-10;
 const MOST_ITERATIONS: usize = 30;
-/// How often all samples are solved for where unknowns are read late.
+/// Limit on the passes over all samples with delayed unknowns.
 const MOST_PASSES: usize = 4;
-/// Singular values below this part of the largest, columns of length 1, determine nothing.
+/// Singular values below this fraction of the largest, with columns of length 1, count as zero.
 const UNSEEN: f64 = 1e-8;
-/// An unknown takes part in what is not determined from this share of its square on.
+/// An unknown is part of an undetermined combination from this share of its square on.
 const TAKES_PART: f64 = 1e-6;
 /// Weight of an equation over that of the best output.
 const EQUATION_WEIGHT: f64 = 1e4;
-/// Samples on either side of a window of slopes, where no width is given.
+/// Default number of samples on either side of a window for slopes.
 const SAMPLES_EACH_SIDE: f64 = 5.0;
 
-/// What determines the unknowns.
+/// Outputs and equations that determine the unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sensors {
-    /// Outputs without a parameter to be estimated, and their noise.
+    /// Outputs without estimated parameters, and their noise.
     pub outputs: Vec<(usize, f64)>,
-    /// Equations without one, of which the algebraic ones count.
+    /// Equations without estimated parameters; only algebraic ones count.
     pub equations: Vec<usize>,
-    /// Positions of the parameters to be estimated.
+    /// Positions of the estimated parameters.
     pub free: Vec<usize>,
 }
 
@@ -74,24 +74,24 @@ pub(crate) struct Known {
     u_before: Vec<f64>,
     z: Vec<f64>,
     z_before: Vec<f64>,
-    /// Whether readings determine an unknown; others are carried along, or not known.
+    /// Whether readings determine an unknown; others are carried along, or unknown.
     given: Vec<bool>,
-    /// Whether the system went through an event between the sample before and this one.
+    /// Whether an event lies between the previous sample and this one.
     cuts: Vec<bool>,
-    /// Whether all that is read late at a sample is in the record.
+    /// Whether the record contains all delayed values for a sample.
     has_past: Vec<bool>,
     is_steady: Vec<bool>,
-    /// Samples from this one on cannot be simulated up to, so that their modes are not known.
+    /// Samples from this one on cannot be reached by simulation, so their modes are unknown.
     pub lost_from: usize,
 }
 
 impl Known {
-    /// Where the rows of sample k are evaluated.
+    /// The point at which the rows of sample k are evaluated.
     pub(crate) fn point<'a>(&'a self, k: usize, p: &'a [f64]) -> Point<'a> {
         self.at(k, &self.u, &self.z, p)
     }
 
-    /// The same just before the inputs take their values at sample k.
+    /// The point just before the inputs take their values at sample k.
     pub(crate) fn point_before<'a>(&'a self, k: usize, p: &'a [f64]) -> Point<'a> {
         self.at(k, &self.u_before, &self.z_before, p)
     }
@@ -117,71 +117,73 @@ impl Known {
         self.given[k * self.n + unknown]
     }
 
-    /// Whether the system went through an event between sample k and the one before.
+    /// Whether an event lies between sample k and the previous one.
     pub(crate) fn is_cut(&self, k: usize) -> bool {
         self.cuts[k]
     }
 
-    /// Whether all that is read late at sample k is in the record.
+    /// Whether the record contains all delayed values for sample k.
     pub(crate) fn has_past(&self, k: usize) -> bool {
         self.has_past[k]
     }
 
-    /// Whether other samples than another's have their past in the record.
+    /// Whether the samples with complete histories differ from another's.
     pub(crate) fn pasts_differ(&self, other: &Self) -> bool {
         self.has_past != other.has_past
     }
 
-    /// In how many samples modes, or what happened just before, are not those of another's.
+    /// Number of samples whose modes, or preceding events, differ from another's.
     pub(crate) fn modes_differ(&self, other: &Self) -> usize {
-        let of = |known: &Self, k: usize| known.z[k * self.n_z..(k + 1) * self.n_z].to_vec();
-        let differs = |k: &usize| of(self, *k) != of(other, *k) || self.cuts[*k] != other.cuts[*k];
+        let modes_at = |known: &Self, k: usize| known.z[k * self.n_z..(k + 1) * self.n_z].to_vec();
+        let differs = |k: &usize| {
+            modes_at(self, *k) != modes_at(other, *k) || self.cuts[*k] != other.cuts[*k]
+        };
         (0..self.times.len()).filter(differs).count()
     }
 
-    /// An unknown and its slope at any time; NaN where they are not known.
+    /// An unknown and its slope at any time; NaN if unknown.
     pub(crate) fn read_at(&self, unknown: usize, t: f64) -> [f64; 2] {
-        let of = |values: &[f64], k: usize| values[k * self.n + unknown];
+        let value_at = |values: &[f64], k: usize| values[k * self.n + unknown];
         let Some(k) = self.times.partition_point(|time| *time <= t).checked_sub(1) else {
             return [f64::NAN; 2];
         };
         if self.times[k] == t {
-            let slope = of(&self.ydot, k);
-            return [of(&self.y, k), if slope.is_finite() { slope } else { 0.0 }];
+            let slope = value_at(&self.ydot, k);
+            return [value_at(&self.y, k), if slope.is_finite() { slope } else { 0.0 }];
         }
         if k + 1 == self.times.len() {
             return [f64::NAN; 2];
         }
         let h = self.times[k + 1] - self.times[k];
-        let ends = [of(&self.y, k), of(&self.y, k + 1)];
+        let ends = [value_at(&self.y, k), value_at(&self.y, k + 1)];
         let straight = (ends[1] - ends[0]) / h;
-        let slopes = [k, k + 1].map(|k| of(&self.ydot, k));
+        let slopes = [k, k + 1].map(|k| value_at(&self.ydot, k));
         let slopes = slopes.map(|slope| if slope.is_finite() { slope } else { straight });
         cubic((t - self.times[k]) / h, h, ends, slopes)
     }
 
-    /// Leaves out samples at which an unknown moves faster than its limit, or nobody knows how fast. They
-    /// are still what is read late.
+    /// Excludes samples at which an unknown moves faster than its limit, or at an unknown rate. They are still used as
+    /// delayed values.
     pub(crate) fn keep_steady(&mut self, limits: &[(usize, f64)]) {
         for k in 0..self.times.len() {
             let slopes = &self.ydot[k * self.n..(k + 1) * self.n];
-            // NaN is not known to be steady.
+            // NaN does not count as steady.
             self.is_steady[k] = limits.iter().all(|(i, limit)| slopes[*i].abs() <= *limit);
         }
     }
 
-    /// Whether a sample has rows, as far as they are known.
+    /// Whether a sample has rows, as far as these are known.
     pub(crate) fn counts(&self, k: usize) -> bool {
         k >= self.first && self.is_steady[k]
     }
 
-    /// How slowly an unknown moves at least, SI; infinity where that is known of no sample.
+    /// The lowest rate of an unknown, SI; infinity if it is known at no sample.
     pub(crate) fn slowest(&self, unknown: usize) -> f64 {
         let slopes = (self.first..self.times.len()).map(|k| self.ydot[k * self.n + unknown].abs());
         slopes.fold(f64::INFINITY, f64::min)
     }
 
-    /// What the recording at a position says.
+    /// Determines the unknowns along the recording at a position.
     pub(crate) fn new(
         system: &dyn Model,
         p: &[f64],
@@ -239,19 +241,19 @@ impl Known {
         Ok(known)
     }
 
-    /// Finds out which samples have all of their past in the record.
+    /// Finds the samples whose whole history is in the record.
     fn look_for_past(&mut self, system: &dyn Model, p: &[f64]) {
         let Some(mut late) = Late::new(system) else { return };
         let mut u = vec![0.0; self.n_u];
         for k in 0..self.times.len() {
-            let at = self.point(k, p);
-            u.copy_from_slice(at.u);
-            late.write(system, self, BeforeRecord::Unknown, at, &mut u);
+            let point = self.point(k, p);
+            u.copy_from_slice(point.u);
+            late.write(system, self, BeforeRecord::Unknown, point, &mut u);
             self.has_past[k] = late.earliest >= self.times[0];
         }
     }
 
-    /// How many values are known.
+    /// Number of known values.
     fn count(&self) -> usize {
         self.y.iter().filter(|y| !y.is_nan()).count()
     }
@@ -317,24 +319,24 @@ impl Known {
             }
             self.z[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
             if let (Some(late), Some(before)) = (&mut late, &before) {
-                let at = before.point(k, p);
-                late.write(system, before, BeforeRecord::Unknown, at, &mut u);
+                let point = before.point(k, p);
+                late.write(system, before, BeforeRecord::Unknown, point, &mut u);
             }
-            let found = solver.solve(Point { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
-            let given = found.unwrap_or_else(|| vec![false; n]);
-            let mut is_known = given.clone();
+            let solved = solver.solve(Point { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
+            let is_given = solved.unwrap_or_else(|| vec![false; n]);
+            let mut is_known = is_given.clone();
             if let Some(carrier) = &mut carrier {
-                // Whether the run came to the threshold in time is a question of what is estimated.
-                let at = Point { t, y: carrier.simulated(), u: &u, p, z: &z };
-                self.cuts[k] |= k > 0 && is_reset(system, at, &given, &guess);
-                carrier.keep(&sensors.free, &given, &guess, &mut is_known);
+                // Estimated parameters decide whether the run reached the threshold in time.
+                let point = Point { t, y: carrier.simulated(), u: &u, p, z: &z };
+                self.cuts[k] |= k > 0 && is_reset(system, point, &is_given, &guess);
+                carrier.keep(&sensors.free, &is_given, &guess, &mut is_known);
             }
             for (i, is_known) in is_known.iter().enumerate() {
                 if *is_known {
                     self.y[k * n + i] = guess[i];
                 }
             }
-            self.given[k * n..(k + 1) * n].copy_from_slice(&given);
+            self.given[k * n..(k + 1) * n].copy_from_slice(&is_given);
         }
         Ok(())
     }
@@ -346,15 +348,15 @@ impl Known {
                 if self.is_given(k, i) { self.y[k * self.n + i] } else { f64::NAN }
             };
             let y: Vec<f64> = (0..self.times.len()).map(of_readings).collect();
-            let found = slopes(&self.times, &self.cuts, &y, half_width);
-            for (k, slope) in found.into_iter().enumerate() {
+            let rates = slopes(&self.times, &self.cuts, &y, half_width);
+            for (k, slope) in rates.into_iter().enumerate() {
                 self.ydot[k * self.n + i] = slope;
             }
         }
     }
 }
 
-/// The width of so many usual steps, and a little for rounding.
+/// The width of a usual step, with a margin for rounding errors.
 fn usual_step(times: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
@@ -362,7 +364,7 @@ fn usual_step(times: &[f64]) -> Option<f64> {
     steps.get(steps.len() / 2).map(|median| SAMPLES_EACH_SIDE * median * (1.0 + 1e-9))
 }
 
-/// Solves for y at one sample after the other.
+/// Solves for y at one sample after another.
 struct Solver<'a> {
     system: &'a dyn Model,
     sensors: &'a Sensors,
@@ -374,11 +376,11 @@ struct Solver<'a> {
     dfdt: Vec<f64>,
     dfdy: Vec<f64>,
     mass: Vec<f64>,
-    /// The last matrix, and what solves with it: linear sensors always have the same.
+    /// The last matrix and its factorisation: linear sensors always have the same.
     last: Option<(DMatrix<f64>, Inverse)>,
 }
 
-/// A matrix's pseudo-inverse, and which columns it determines.
+/// A matrix's pseudo-inverse, and the columns that it determines.
 #[derive(Clone)]
 struct Inverse {
     pseudo: DMatrix<f64>,
@@ -404,8 +406,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Moves the guess to the solution, and says which unknowns it determines; `None` where there is
-    /// none, and then the guess stays.
+    /// Moves the guess to the solution, and returns the unknowns that it determines; `None` if there is none, and the
+    /// guess then stays.
     fn solve(
         &mut self,
         at: Point<'_>,
@@ -439,7 +441,7 @@ impl<'a> Solver<'a> {
         None
     }
 
-    /// Weighted rows over unknowns in their sizes, and what is left of them.
+    /// Weighted rows over unknowns in their sizes, and their residuals.
     fn linearized(
         &mut self,
         at: Point<'_>,
@@ -451,7 +453,7 @@ impl<'a> Solver<'a> {
         self.system.mass(at, &mut self.mass);
         let algebraic = |i: &usize| self.mass[*i] == 0.0;
         let mut equations: Vec<usize> = equations.iter().copied().filter(algebraic).collect();
-        // What is read late and not known spoils the rows that read it, and no others.
+        // Unknown delayed values only invalidate the rows that read them.
         let reads_unknown = at.u.iter().any(|u| u.is_nan());
         if !equations.is_empty() {
             let still = vec![0.0; signature.n_u()];
@@ -461,34 +463,34 @@ impl<'a> Solver<'a> {
                 equations.retain(|i| !self.f[*i].is_nan());
             }
         }
-        let mut seen: Vec<(usize, f64)> =
+        let mut used: Vec<(usize, f64)> =
             outputs.iter().copied().filter(|(i, _)| measured(*i).is_finite()).collect();
         if reads_unknown {
             self.system.outputs(at, &mut self.w);
-            seen.retain(|(i, _)| !self.w[*i].is_nan());
+            used.retain(|(i, _)| !self.w[*i].is_nan());
         }
-        let mut matrix = DMatrix::zeros(seen.len() + equations.len(), n);
+        let mut matrix = DMatrix::zeros(used.len() + equations.len(), n);
         let mut rest = DVector::zeros(matrix.nrows());
-        if !seen.is_empty() {
+        if !used.is_empty() {
             let [by_y, by_u, by_p] = &mut self.jacobians;
             self.system.output_jacobians(at, by_y, by_u, by_p, &mut self.dwdt);
             self.system.outputs(at, &mut self.w);
-            for (row, (i, noise)) in seen.iter().enumerate() {
+            for (row, (i, noise)) in used.iter().enumerate() {
                 rest[row] = (measured(*i) - self.w[*i]) / noise;
             }
-            let row_of = |i| seen.iter().position(|(seen, _)| *seen == i);
+            let row_of = |i| used.iter().position(|(unknown, _)| *unknown == i);
             fill(&mut matrix, &signature.output_jacobians[0], by_y, &self.sizes, row_of);
-            for (row, (_, noise)) in seen.iter().enumerate() {
+            for (row, (_, noise)) in used.iter().enumerate() {
                 matrix.row_mut(row).unscale_mut(*noise);
             }
         }
         if !equations.is_empty() {
-            let row_of = |i| Some(seen.len() + equations.iter().position(|e| *e == i)?);
+            let row_of = |i| Some(used.len() + equations.iter().position(|e| *e == i)?);
             fill(&mut matrix, &signature.jacobian, &self.dfdy, &self.sizes, row_of);
-            let best = (0..seen.len()).map(|row| matrix.row(row).norm()).fold(1.0, f64::max);
+            let best = (0..used.len()).map(|row| matrix.row(row).norm()).fold(1.0, f64::max);
             let weight = EQUATION_WEIGHT * best;
             for (k, i) in equations.iter().enumerate() {
-                let row = seen.len() + k;
+                let row = used.len() + k;
                 let norm = matrix.row(row).norm();
                 if norm > 0.0 {
                     matrix.row_mut(row).scale_mut(weight / norm);
@@ -501,7 +503,7 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Writes the rows of a matrix that are wanted, columns times sizes.
+/// Writes the selected rows of a matrix, with columns times sizes.
 fn fill(
     matrix: &mut DMatrix<f64>,
     pattern: &Pattern,
@@ -520,14 +522,14 @@ impl Inverse {
     fn of(matrix: &DMatrix<f64>) -> Option<Self> {
         let n = matrix.ncols();
         let size: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
-        let seen: Vec<usize> = (0..n).filter(|j| size[*j] > 0.0).collect();
+        let used: Vec<usize> = (0..n).filter(|j| size[*j] > 0.0).collect();
         let mut pseudo = DMatrix::zeros(n, matrix.nrows());
         let mut determined = vec![false; n];
-        if seen.is_empty() {
+        if used.is_empty() {
             return Some(Self { pseudo, determined });
         }
-        let mut scaled = matrix.select_columns(&seen);
-        for (column, j) in seen.iter().enumerate() {
+        let mut scaled = matrix.select_columns(&used);
+        for (column, j) in used.iter().enumerate() {
             scaled.column_mut(column).unscale_mut(size[*j]);
         }
         let svd = scaled.svd(true, true);
@@ -535,12 +537,12 @@ impl Inverse {
         let v_t = svd.v_t.as_ref()?;
         let kept: Vec<usize> =
             (0..svd.singular_values.len()).filter(|k| svd.singular_values[*k] > cutoff).collect();
-        for (column, j) in seen.iter().enumerate() {
+        for (column, j) in used.iter().enumerate() {
             let share: f64 = kept.iter().map(|k| v_t[(*k, column)].powi(2)).sum();
             determined[*j] = 1.0 - share <= TAKES_PART;
         }
         let of_seen = svd.pseudo_inverse(cutoff).ok()?;
-        for (row, j) in seen.iter().enumerate() {
+        for (row, j) in used.iter().enumerate() {
             pseudo.row_mut(*j).copy_from(&(of_seen.row(row) / size[*j]));
         }
         Some(Self { pseudo, determined })

@@ -1,10 +1,9 @@
-//! In which modes a system was at each sample, and unknowns that follow from what is measured.
+//! Modes of a system at each sample, and unknowns that follow from measured ones.
 //!
-//! A model with modes is simulated from one sample to the next, with the parameters that the regression has so
-//! far. At every sample readings take the place of all unknowns that they give. So conditions are those on
-//! readings, noise included; what no reading gives, as the level in a line while it drains, goes along by its
-//! own equations, and is as good as known where these have no parameter to be estimated and read nothing
-//! else.
+//! A model with modes is simulated from one sample to the next, with the current parameters of the regression. At every
+//! sample readings replace all unknowns that they determine. So conditions are evaluated on readings, including noise;
+//! an unknown without readings, such as the level in a line while it drains, follows its own equations, and counts as
+//! known if these contain no estimated parameter and read no other such unknown.
 
 use dgd_runtime::integrate::Memory;
 use dgd_runtime::model::Model;
@@ -12,7 +11,7 @@ use dgd_runtime::{Before, Discrete, Options, Pattern, Point, Problem, Solution, 
 
 use crate::recording::Recording;
 
-/// The name of an automaton whose modes are to be remembered, if there is one.
+/// The name of an automaton whose modes need memory, if there is one.
 pub(crate) fn remembered(system: &dyn Model) -> Option<String> {
     let signature = system.signature();
     let bounds_a_state = |discrete: &Discrete, k: usize| {
@@ -24,35 +23,35 @@ pub(crate) fn remembered(system: &dyn Model) -> Option<String> {
         let kind = discrete.automata[*k].kind;
         kind.is_declared() || (kind.is_bound() && bounds_a_state(discrete, *k))
     };
-    let found = (0..discrete.automata.len()).find(decides);
-    found.map(|k| discrete.automata[k].name.to_string())
+    let automaton = (0..discrete.automata.len()).find(decides);
+    automaton.map(|k| discrete.automata[k].name.to_string())
 }
 
-/// A run that readings correct at every sample.
+/// A run that is corrected by readings at every sample.
 pub(crate) struct Carrier<'a> {
     system: &'a dyn Model,
     p: &'a [f64],
     recording: &'a Recording,
     options: Options,
     memory: Option<Memory>,
-    /// Unknowns: as simulated up to a sample, and with what readings gave there.
+    /// Unknowns: simulated up to a sample, and corrected by the readings there.
     pub y: Vec<f64>,
     simulated: Vec<f64>,
-    /// The second of two samples with one time.
+    /// The second of two samples with the same time.
     second: Option<Carried>,
-    /// What readings gave at the sample before, and what is carried then.
+    /// Unknowns determined by readings at the previous sample, and those carried from there.
     carried: Option<(Vec<bool>, Vec<bool>)>,
 }
 
-/// What the run says of a sample.
+/// State of the run at a sample.
 #[derive(Debug, Clone)]
 pub(crate) struct Carried {
-    /// Discrete numbers of its row, and just before inputs take their values there.
+    /// Discrete numbers of its row, and those just before inputs take their values there.
     pub z: Vec<f64>,
     pub z_before: Vec<f64>,
     /// Unknowns, as simulated up to there.
     pub y: Vec<f64>,
-    /// Whether something happened since the sample before.
+    /// Whether an event occurred since the previous sample.
     pub is_cut: bool,
 }
 
@@ -79,8 +78,8 @@ impl<'a> Carrier<'a> {
         }
     }
 
-    /// What the run says of the k-th sample, one after the other; `None` where the model cannot be simulated
-    /// up to there.
+    /// State of the run at the k-th sample, called for one sample after another; `None` if the model cannot be
+    /// simulated up to there.
     pub(crate) fn next(&mut self, k: usize) -> Option<Carried> {
         if let Some(second) = self.second.take() {
             return Some(second);
@@ -89,10 +88,10 @@ impl<'a> Carrier<'a> {
         let t = times[k];
         let begins = k == 0 || times[k - 1] == t;
         // The left limit, then the right one.
-        let asked = if begins { vec![t] } else { vec![times[k - 1], t, t] };
+        let times_wanted = if begins { vec![t] } else { vec![times[k - 1], t, t] };
         let solution = [&self.y, &self.simulated].iter().find_map(|y| {
             let start: Vec<(usize, f64)> = y.iter().copied().enumerate().collect();
-            self.run(&start, &asked)
+            self.run(&start, &times_wanted)
         })?;
         let last = solution.len() - 1;
         let left = last.saturating_sub(1);
@@ -115,13 +114,13 @@ impl<'a> Carrier<'a> {
         Some(now)
     }
 
-    /// Unknowns as simulated up to the last sample, without what readings gave there.
+    /// Unknowns simulated up to the last sample, without its readings.
     pub(crate) fn simulated(&self) -> &[f64] {
         &self.simulated
     }
 
-    /// Takes in what readings give at a sample, and says what is known there beside that: what is carried, with
-    /// parameters at these positions to be estimated.
+    /// Applies the readings of a sample, and returns the unknowns that are carried in addition; `free` are the
+    /// positions of the estimated parameters.
     pub(crate) fn keep(
         &mut self,
         free: &[usize],
@@ -150,8 +149,8 @@ impl<'a> Carrier<'a> {
     }
 }
 
-/// Whether what readings give of an unknown that a transition resets is nearer to the value that it is reset to
-/// than to that at `at`, which a run without the transition has come to.
+/// Whether the reading of an unknown that a transition resets is closer to the reset value than to the value in `at`,
+/// which a run without the transition has reached.
 pub(crate) fn is_reset(system: &dyn Model, at: Point<'_>, given: &[bool], y: &[f64]) -> bool {
     let discrete = &system.signature().discrete;
     let transitions =
@@ -164,8 +163,8 @@ pub(crate) fn is_reset(system: &dyn Model, at: Point<'_>, given: &[bool], y: &[f
     })
 }
 
-/// Which unknowns a run carries although parameters are to be estimated: those whose equations have none of
-/// these, and read no unknown that is neither given by readings nor carried.
+/// The unknowns that a run carries although parameters are estimated: those whose equations contain none of these, and
+/// read no unknown that is neither determined by readings nor carried.
 fn carries(system: &dyn Model, free: &[usize], is_given: &[bool]) -> Vec<bool> {
     let signature = system.signature();
     let has_free = |pattern: &Pattern, row: usize| {

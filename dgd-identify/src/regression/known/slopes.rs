@@ -5,24 +5,23 @@
 //!   ẏ(t_k) = b
 //! ```
 //!
-//! For equal steps h and m samples on either side of white noise σ, b has the standard deviation
-//! σ √3 / (h √(m (m + 1) (2m + 1))), and is wrong by half_width²/10 times the third derivative.
+//! With equal steps h, m samples on either side and white noise σ, the standard deviation of b is σ √3 / (h √(m (m + 1)
+//! (2m + 1))), and its bias is half_width²/10 times the third derivative.
 //!
-//! Stamps need not be regular, and samples may be missing. A window ends where two samples have one
-//! time, as inputs jump there, and before a sample that an event lies in front of: there slopes jump, or even
-//! values.
+//! Times need not be regular, and samples may be missing. A window ends where two samples have the same time, as inputs
+//! jump there, and before a sample that follows an event: there slopes jump, or even values.
 //!
-//! Savitzky, Golay, Analytical Chemistry 36 (1964) 1627; for irregular stamps local regression,
+//! Savitzky, Golay, Analytical Chemistry 36 (1964) 1627; for irregular times local regression,
 //! Cleveland, J. Am. Stat. Assoc. 74 (1979) 829, without weights.
 
 use std::ops::Range;
 
-/// Fewest samples of a window: one more than the parabola has coefficients.
+/// Minimum number of samples in a window: one more than the parabola has coefficients.
 const LEAST_SAMPLES: usize = 4;
 
 /// Slopes at all times; NaN where `y` is, and where a window has too few samples.
 pub(crate) fn slopes(times: &[f64], cuts: &[bool], y: &[f64], half_width: f64) -> Vec<f64> {
-    let mut all = vec![f64::NAN; times.len()];
+    let mut rates = vec![f64::NAN; times.len()];
     for stretch in stretches(times, cuts) {
         let mut window = stretch.start..stretch.start;
         for k in stretch.clone() {
@@ -34,24 +33,24 @@ pub(crate) fn slopes(times: &[f64], cuts: &[bool], y: &[f64], half_width: f64) -
                 window.start += 1;
             }
             if y[k].is_finite() {
-                all[k] = slope(&times[window.clone()], &y[window.clone()], t, half_width);
+                rates[k] = slope(&times[window.clone()], &y[window.clone()], t, half_width);
             }
         }
     }
-    all
+    rates
 }
 
-/// Parts in which all times are different and nothing happens.
+/// Stretches with distinct times and without events.
 fn stretches(times: &[f64], cuts: &[bool]) -> Vec<Range<usize>> {
-    let mut all = Vec::new();
+    let mut stretches = Vec::new();
     let mut first = 0;
     for k in 1..=times.len() {
         if k == times.len() || times[k] == times[k - 1] || cuts[k] {
-            all.push(first..k);
+            stretches.push(first..k);
             first = k;
         }
     }
-    all
+    stretches
 }
 
 /// b of one window.
@@ -109,7 +108,7 @@ mod tests {
 
     #[test]
     fn noise_is_damped_as_the_formula_says() {
-        // One sample off by 1 at a time: the sum of squared weights is the variance of the slope.
+        // One sample is off by 1 at a time: the sum of squared weights is the variance of the slope.
         let times: Vec<f64> = (0..21).map(|k| 0.5 * f64::from(k)).collect();
         let variance: f64 = (0..21)
             .map(|k| {

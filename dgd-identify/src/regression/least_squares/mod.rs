@@ -2,11 +2,11 @@
 //!
 //! ```text
 //!   minimise ‖Rδ − ζ‖        over all δ, or over  lower ≤ δ ≤ upper
-//!   R D⁻¹ = U Σ Vᵀ,  D = diag ‖R_j‖:  rank, condition number σ₁/σ_n, what is not seen
+//!   R D⁻¹ = U Σ Vᵀ,  D = diag ‖R_j‖:  rank, condition number σ₁/σ_n, undetermined combinations
 //! ```
 //!
-//! Where R does not have full rank, δ is the shortest in units of D: what the rows do not tell apart
-//! moves together, and what they do not see stays.
+//! If R does not have full rank, δ is the shortest in units of D: columns that the rows cannot distinguish share the
+//! change, and variables without influence do not move.
 //!
 //! Bounds: Stark, Parker, Bounded-variable least squares: an algorithm and applications, Computational
 //! Statistics 10 (1995) 129, which is Lawson's and Hanson's non-negative least squares (Solving Least
@@ -17,16 +17,16 @@ pub(super) mod triangle;
 
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values up to this part of the largest, columns of length 1, are zero: readings have nowhere
-/// near as many digits, and R is rounded to some times 1e-16.
+/// Singular values up to this fraction of the largest, with columns of length 1, are zero: readings have far fewer
+/// digits, and R has rounding errors of some times 1e-16.
 pub(super) const UNSEEN: f64 = 1e-12;
 
 /// The singular values of a triangle with columns of length 1.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Spectrum {
-    /// Number of columns that can be told apart.
+    /// Number of linearly independent columns.
     pub rank: usize,
-    /// Largest singular value over the smallest; infinite where the rank is not full.
+    /// Largest singular value over the smallest; infinite without full rank.
     pub condition_number: f64,
 }
 
@@ -44,7 +44,7 @@ pub(crate) fn spectrum(r: &DMatrix<f64>) -> Spectrum {
     Spectrum { rank, condition_number }
 }
 
-/// R with columns of length 1, and what they were divided by.
+/// R with columns of length 1, and their original lengths.
 fn with_unit_columns(r: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
     let size = DVector::from_fn(r.ncols(), |j, _| {
         let norm = r.column(j).norm();
@@ -57,7 +57,7 @@ fn with_unit_columns(r: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>) {
     (scaled, size)
 }
 
-/// The δ of least ‖Rδ − ζ‖, the shortest one where there are several.
+/// The δ that minimises ‖Rδ − ζ‖, the shortest one if there are several.
 pub(crate) fn solve(r: &DMatrix<f64>, zeta: &DVector<f64>) -> DVector<f64> {
     if r.ncols() == 0 {
         return DVector::zeros(0);
@@ -65,12 +65,12 @@ pub(crate) fn solve(r: &DMatrix<f64>, zeta: &DVector<f64>) -> DVector<f64> {
     let (scaled, size) = with_unit_columns(r);
     let svd = scaled.svd(true, true);
     let cutoff = UNSEEN * svd.singular_values.max();
-    // Both factors were asked for.
+    // Both factors were requested.
     let delta = svd.solve(zeta, cutoff).unwrap_or_else(|_| DVector::zeros(r.ncols()));
     delta.component_div(&size)
 }
 
-/// The δ of least ‖Rδ − ζ‖ within the bounds, which hold 0.
+/// The δ that minimises ‖Rδ − ζ‖ within the bounds, which contain 0.
 pub(crate) fn solve_bounded(
     r: &DMatrix<f64>,
     zeta: &DVector<f64>,
@@ -80,14 +80,14 @@ pub(crate) fn solve_bounded(
     let n = r.ncols();
     let mut delta = DVector::zeros(n);
     let mut free: Vec<bool> = (0..n).map(|j| lower[j] < 0.0 && 0.0 < upper[j]).collect();
-    // Exact arithmetic ends long before.
+    // Exact arithmetic ends much earlier.
     for _ in 0..10 * (n + 1) {
         let towards = on_free(r, zeta, &delta, &free);
         if let Some((length, j, bound)) = first_bound(&delta, &towards, lower, upper, &free) {
             delta += (&towards - &delta) * length;
             delta[j] = bound;
             free[j] = false;
-            // Others that are met at the same length.
+            // Other bounds that are met at the same length.
             for i in (0..n).filter(|i| free[*i]) {
                 delta[i] = delta[i].clamp(lower[i], upper[i]);
             }
@@ -102,7 +102,7 @@ pub(crate) fn solve_bounded(
     delta
 }
 
-/// The minimum over the free ones, the others as they are.
+/// The minimum over the free variables, the others fixed.
 fn on_free(
     r: &DMatrix<f64>,
     zeta: &DVector<f64>,
@@ -111,7 +111,7 @@ fn on_free(
 ) -> DVector<f64> {
     let positions: Vec<usize> = (0..free.len()).filter(|j| free[*j]).collect();
     let columns = r.select_columns(&positions);
-    // From where they are: what is not seen stays there.
+    // From the current point, so that undetermined variables do not move.
     let step = solve(&columns, &(zeta - r * delta));
     let mut towards = delta.clone();
     for (j, step) in positions.into_iter().zip(step.iter()) {
@@ -120,7 +120,7 @@ fn on_free(
     towards
 }
 
-/// How far towards the minimum the first bound is met, and by which.
+/// The fraction of the step at which the first bound is met, and its variable.
 fn first_bound(
     delta: &DVector<f64>,
     towards: &DVector<f64>,
@@ -145,8 +145,8 @@ fn first_bound(
     first
 }
 
-/// What is held at a bound although the sum falls away from it, that with the largest cosine with what
-/// is left. It is not released where rounding would put it straight back.
+/// The variable held at a bound although the sum decreases away from it, with the largest cosine with the residual. It
+/// is not released if rounding errors would put it straight back.
 fn most_wrongly_held(
     r: &DMatrix<f64>,
     zeta: &DVector<f64>,
@@ -200,7 +200,7 @@ mod tests {
             let slope = r.transpose() * (&r * &delta - &zeta);
             for j in 0..3 {
                 assert!(low[j] <= delta[j] && delta[j] <= high[j], "{delta}");
-                // Karush, Kuhn and Tucker: no slope where it is free, an outward one at a bound.
+                // Karush–Kuhn–Tucker conditions: no slope for free variables, an outward one at a bound.
                 let at = (delta[j] == low[j], delta[j] == high[j]);
                 match at {
                     (true, true) => {}
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn what_is_not_seen_stays_and_what_is_not_told_apart_moves_together() {
-        // Two columns that are the same but for their units, and one of zeros.
+        // Two columns that are equal except for their units, and one of zeros.
         let r = DMatrix::from_row_slice(3, 3, &[1.0, 1e6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let zeta = DVector::from_row_slice(&[2.0, 0.0, 0.0]);
         let delta = solve(&r, &zeta);

@@ -1,23 +1,22 @@
-//! Least squares that go along with the samples, and may forget.
+//! Recursive least squares, optionally with forgetting.
 //!
 //! ```text
 //!   discrete:    ε = z − φᵀθ,  P⁻¹ ← λ P⁻¹ + φφᵀ/m²,  θ ← θ + P φ ε/m²
 //!   continuous:  ε = (z − φᵀθ)/m²,  θ̇ = P ε φ,  Ṗ = βP − P φφᵀ/m² P
-//!   m² = 1 + n_s²;  while P would grow beyond ‖P‖ = R₀ it stays as it is
+//!   m² = 1 + n_s²;  while P would grow beyond ‖P‖ = R₀ it is constant
 //! ```
 //!
-//! Both keep R of P⁻¹ = RᵀR and rotate new rows into it: P stays positive definite whatever is rounded,
-//! and β = 0 gives what least squares of all rows gives. In continuous time P⁻¹ and P⁻¹θ obey linear
-//! equations,
+//! Both store R of P⁻¹ = RᵀR and rotate new rows into it: P stays positive definite whatever the rounding errors, and β
+//! = 0 gives the batch least squares solution. In continuous time P⁻¹ and P⁻¹θ obey linear equations,
 //!
 //! ```text
 //!   d(P⁻¹)/dt = −β P⁻¹ + φφᵀ/m²
 //!   d(P⁻¹(θ − θ₀))/dt = −β P⁻¹(θ − θ₀) + φ (z − φᵀθ₀)/m²
 //! ```
 //!
-//! whose integrals over a step are sums over Gauss' nodes, each a row; θ₀ is θ at its start. While P
-//! stays, θ follows θ̇ = P (b̄ − Ā θ) with the means of φφᵀ/m² and φz/m² over the step, exactly, so that no
-//! gain is too large for a step.
+//! whose integrals over a step are sums over Gauss nodes, each a row; θ₀ is θ at its start. While P is constant, θ
+//! follows θ̇ = P (b̄ − Ā θ) with the means of φφᵀ/m² and φz/m² over the step, exactly, so that no gain is too large
+//! for a step.
 //!
 //! Ioannou, Sun, Robust Adaptive Control (1996), table 4.4; Haukanes 2015, table 3.1. Square roots:
 //! Bierman, Factorization Methods for Discrete Sequential Estimation (1977), ch. V.
@@ -27,8 +26,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::regression::least_squares::solve;
 use crate::regression::least_squares::triangle::Triangle;
 
-/// Gauss' nodes on (0, 1) and their weights, exact for polynomials of degree 7: Abramowitz, Stegun,
-/// table 25.4.
+/// Gauss nodes on (0, 1) and their weights, exact for polynomials of degree 7: Abramowitz, Stegun, table 25.4.
 const NODES: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
@@ -36,7 +34,7 @@ const NODES: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// What n_s² is in m² = 1 + n_s².
+/// The value of n_s² in m² = 1 + n_s².
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Normalisation {
     /// 0.
@@ -47,12 +45,12 @@ pub enum Normalisation {
     Covariance,
 }
 
-/// How the past is weighed.
+/// Weighting of the past.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Forgetting {
-    /// β, 1/s: a sample that is t old counts e^(−βt).
+    /// β, 1/s: the weight of a sample of age t is e^(−βt).
     pub rate: f64,
-    /// R₀, the largest ‖P‖ (spectral norm) up to which P may grow; infinity for no such limit.
+    /// R₀, the limit on ‖P‖ (spectral norm) up to which P may grow; infinity for no limit.
     pub limit: f64,
     /// The normalisation.
     pub normalisation: Normalisation,
@@ -129,8 +127,8 @@ impl Root {
         }
     }
 
-    /// Rotates rows in after all before have been scaled by `decay`, and moves θ; false, and nothing has
-    /// changed, where ‖P‖ would grow beyond the limit.
+    /// Rotates rows in after scaling all previous ones by `decay`, and moves θ; returns false without changes if ‖P‖
+    /// would exceed the limit.
     fn take(&mut self, rows: &[Weighted], decay: f64, limit: f64) -> bool {
         let mut next = self.clone();
         next.triangle.scale(decay);
@@ -170,7 +168,7 @@ pub struct RecursiveLeastSquares {
 }
 
 impl RecursiveLeastSquares {
-    /// Begins with θ₀ and P₀; `None` where P₀ is not positive definite.
+    /// Starts with θ₀ and P₀; `None` if P₀ is not positive definite.
     pub fn new(theta: &[f64], covariance: &DMatrix<f64>, forgetting: Forgetting) -> Option<Self> {
         Some(Self { root: Root::new(theta, covariance)?, forgetting, last: None })
     }
@@ -185,9 +183,9 @@ impl RecursiveLeastSquares {
         self.root.covariance()
     }
 
-    /// Takes in z = φᵀθ of time t, s; returns the innovation z − φᵀθ of the estimate before.
+    /// Processes z = φᵀθ at time t, s; returns the innovation z − φᵀθ with the previous estimate.
     ///
-    /// The past counts λ = e^(−β Δt), with Δt since the sample before.
+    /// The past is weighted by λ = e^(−β Δt), with Δt since the previous sample.
     pub fn update(&mut self, t: f64, sample: &RegressorSample) -> f64 {
         let Forgetting { rate, limit, normalisation } = self.forgetting;
         let step = self.last.replace(t).map_or(0.0, |last| t - last);
@@ -196,7 +194,7 @@ impl RecursiveLeastSquares {
         let m2 = 1.0 + self.root.normalising(&sample.phi, normalisation);
         let row = Weighted { sample: sample.clone(), weight: m2.sqrt().recip() };
         if !self.root.take(&[row], (-0.5 * rate * step).exp(), limit) {
-            // P stays, and serves as what is known before the sample: K = Pφ / (m² + φᵀPφ).
+            // P is constant, and serves as the prior covariance of the sample: K = Pφ / (m² + φᵀPφ).
             let p_phi = self.root.covariance() * &phi;
             self.root.theta += &p_phi * (innovation / (m2 + phi.dot(&p_phi)));
         }
@@ -206,7 +204,7 @@ impl RecursiveLeastSquares {
 
 /// Recursive least squares in continuous time.
 ///
-/// The rows are functions of time between samples; what they are is the caller's business
+/// The rows are functions of time between samples, which the caller defines
 /// ([`LambdaFilter`](crate::regression::LambdaFilter)).
 #[derive(Debug, Clone)]
 pub struct ContinuousLeastSquares {
@@ -216,7 +214,7 @@ pub struct ContinuousLeastSquares {
 }
 
 impl ContinuousLeastSquares {
-    /// Begins with θ₀ and P₀; `None` where P₀ is not positive definite.
+    /// Starts with θ₀ and P₀; `None` if P₀ is not positive definite.
     pub fn new(theta: &[f64], covariance: &DMatrix<f64>, forgetting: Forgetting) -> Option<Self> {
         Some(Self { root: Root::new(theta, covariance)?, forgetting, frozen: 0.0 })
     }
@@ -231,15 +229,15 @@ impl ContinuousLeastSquares {
         self.root.covariance()
     }
 
-    /// For how long P has been kept from growing, s.
+    /// Time during which P was kept from growing, s.
     pub fn frozen(&self) -> f64 {
         self.frozen
     }
 
-    /// Goes on by h seconds; `rows` gives the rows after some of them.
+    /// Advances by h seconds; `rows` returns the rows after a part of these.
     pub fn advance(&mut self, h: f64, rows: &mut dyn FnMut(f64) -> Vec<RegressorSample>) {
         let Forgetting { rate, limit, normalisation } = self.forgetting;
-        let mut all = Vec::new();
+        let mut weighted = Vec::new();
         let n = self.root.theta.len();
         let (mut a, mut b) = (DMatrix::zeros(n, n), DVector::zeros(n));
         for (node, weight) in NODES {
@@ -250,10 +248,10 @@ impl ContinuousLeastSquares {
                 a.ger(weight * h / m2, &phi, &phi, 1.0);
                 b.axpy(weight * h / m2 * (sample.z - phi.dot(&self.root.theta)), &phi, 1.0);
                 let aged = weight * h * (-rate * (1.0 - node) * h).exp();
-                all.push(Weighted { weight: (aged / m2).sqrt(), sample });
+                weighted.push(Weighted { weight: (aged / m2).sqrt(), sample });
             }
         }
-        if !self.root.take(&all, (-0.5 * rate * h).exp(), limit) {
+        if !self.root.take(&weighted, (-0.5 * rate * h).exp(), limit) {
             self.frozen += h;
             self.follow_frozen(&a, &b);
         }

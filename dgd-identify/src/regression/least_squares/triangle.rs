@@ -1,4 +1,4 @@
-//! Rows of a linear regression, taken in one by one and kept as a triangle.
+//! Rows of a linear regression, added one by one and stored as a triangle.
 //!
 //! ```text
 //!   [Φ | z] = Q [R | ζ]        R, ζ: n + 1 columns, upper triangular
@@ -6,18 +6,17 @@
 //!   ‖Φθ − z‖² = ‖Rθ − ζ‖² + ρ²
 //! ```
 //!
-//! by Householder's reflections of the triangle so far and the rows that came since. Memory does not
-//! grow with the number of rows, and nothing is squared: what is lost is the condition number, not its
-//! square.
+//! by Householder reflections of the triangle so far and the new rows. Memory does not grow with the number of rows,
+//! and nothing is squared: the loss of accuracy is given by the condition number, not its square.
 //!
 //! Golub, Van Loan, Matrix Computations, 4th ed. (2013), §5.2.2, §6.5.3.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Rows that are kept before they are reduced: enough for the triangle's own rows not to matter.
+/// Number of rows that are stored before they are reduced: enough for the triangle's own rows not to matter.
 const KEPT: usize = 128;
 
-/// The triangle of all rows taken in so far.
+/// The triangle of all rows so far.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Triangle {
     /// Columns, the target's included.
@@ -33,7 +32,7 @@ impl Triangle {
         Self { columns: n + 1, upper: DMatrix::zeros(n + 1, n + 1), rows: Vec::new() }
     }
 
-    /// Takes in a row: φ and z, both times `weight`.
+    /// Adds a row: φ and z, both times `weight`.
     pub(crate) fn push(&mut self, phi: &[f64], z: f64, weight: f64) {
         debug_assert_eq!(phi.len() + 1, self.columns, "length of the regressors");
         self.rows.extend(phi.iter().map(|phi| weight * phi));
@@ -49,7 +48,7 @@ impl Triangle {
         self.rows.iter_mut().for_each(|value| *value *= factor);
     }
 
-    /// Takes the rows into the triangle.
+    /// Reduces the rows into the triangle.
     pub(crate) fn reduce(&mut self) {
         let n = self.columns;
         for j in 0..n {
@@ -57,7 +56,7 @@ impl Triangle {
             if below == 0.0 {
                 continue;
             }
-            // v = x ± ‖x‖ e, of the sign that cancels nothing; H = 1 − 2 v vᵀ / vᵀv
+            // v = x ± ‖x‖ e, with the sign that avoids cancellation; H = 1 − 2 v vᵀ / vᵀv
             let above = self.upper[(j, j)];
             let length = above.hypot(below.sqrt());
             let diagonal = if above > 0.0 { -length } else { length };
@@ -76,7 +75,7 @@ impl Triangle {
         self.rows.clear();
     }
 
-    /// Puts zeros in place of ζ and ρ: what the rows say of the target has been used.
+    /// Sets ζ and ρ to zero: the information about the target has been used.
     pub(crate) fn forget_target(&mut self) {
         self.upper.column_mut(self.columns - 1).fill(0.0);
     }
@@ -94,7 +93,7 @@ impl Triangle {
         self.upper.view((0, n), (n, 1)).column(0).into_owned()
     }
 
-    /// ρ², what no θ takes away.
+    /// ρ², the residual that no θ removes.
     pub(crate) fn remainder(&self) -> f64 {
         let n = self.columns - 1;
         self.upper[(n, n)].powi(2)
@@ -105,7 +104,7 @@ impl Triangle {
 mod tests {
     use super::*;
 
-    /// More rows than are kept: R has the normal matrix of all rows, and ρ² is what is left of them.
+    /// More rows than are stored: R has the normal matrix of all rows, and ρ² is their residual.
     #[test]
     fn the_triangle_is_that_of_all_rows() {
         let mut triangle = Triangle::new(2);

@@ -9,7 +9,7 @@ use super::tube::Tube;
 /// Rounding of a polynomial at the end of its piece, relative to its terms.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// A curve of what moves along an interval.
+/// A curve of an argument that moves along an interval.
 pub(super) fn along(curve: &Curve, x: Tube) -> Tube {
     let over = |x: Interval| over(curve, x);
     let whole = over(x.range);
@@ -33,21 +33,21 @@ fn over(curve: &Curve, x: Interval) -> Over {
     let Curve { knots, pieces } = curve;
     let piece_at = |x: f64| knots.partition_point(|knot| *knot <= x);
     let (first, last) = (piece_at(x.lo), piece_at(x.hi));
-    let mut all = Over { value: Interval::EMPTY, slope: Interval::EMPTY };
+    let mut hull = Over { value: Interval::EMPTY, slope: Interval::EMPTY };
     for piece in first..=last {
         let origin = knots[piece.saturating_sub(1)];
         let from = if piece == first { x.lo } else { origin };
-        let to = if piece == last { x.hi } else { knots[piece] };
-        let (a, b) = (from - origin, to - origin);
+        let end = if piece == last { x.hi } else { knots[piece] };
+        let (a, b) = (from - origin, end - origin);
         let here = tube_of(&pieces[piece], a, b);
-        all.value = all.value.hull(here.range);
+        hull.value = hull.value.hull(here.range);
         let slope = slope_of(&pieces[piece], a, b);
-        all.slope = all.slope.hull(slope);
+        hull.slope = hull.slope.hull(slope);
         if piece > first && jumps(curve, piece) {
-            all.slope = Interval::ENTIRE;
+            hull.slope = Interval::ENTIRE;
         }
     }
-    all
+    hull
 }
 
 /// The slopes of a cubic from a to b.

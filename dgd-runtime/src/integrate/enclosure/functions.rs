@@ -113,8 +113,8 @@ const TWO: &[(&str, OfTwo)] = &[
         let change =
             if known { poly_gamma(order + 1.0, x.range) * x.change } else { Interval::ENTIRE };
         let everything = Interval::ENTIRE;
-        let of = |x: Interval| if whole { value(x) } else { everything };
-        Tube::moving(of(x.left), of(x.right), of(x.range), change)
+        let bound = |x: Interval| if whole { value(x) } else { everything };
+        Tube::moving(bound(x.left), bound(x.right), bound(x.range), change)
     }),
 ];
 
@@ -124,7 +124,7 @@ fn signum(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// 1 above zero, −1 below, and what is given where x may be on either side.
+/// 1 above zero, −1 below, and `either` if x may be on either side.
 fn side(x: Interval, either: Interval) -> Interval {
     if x.lo >= 0.0 {
         Interval::ONE
@@ -155,7 +155,7 @@ fn bell(x: Interval) -> Interval {
     factor * (-x.square()).exponential()
 }
 
-/// Where the gamma function is least above zero, and the logarithm of what it is there.
+/// Minimum of the gamma function for positive arguments, and the logarithm of its value there.
 const LEAST_AT: f64 = 1.461_632_144_968_362_3;
 const LEAST: f64 = -0.121_486_290_535_849_6;
 

@@ -7,7 +7,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The numbers from `lo` to `hi`; none where these are NaN, as for the logarithm of what is below zero.
+/// The numbers from `lo` to `hi`; none if these are NaN, as for the logarithm of a negative number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Interval {
     pub(crate) lo: f64,
@@ -86,7 +86,7 @@ impl Interval {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// What both contain; the first where rounding has parted them.
+    /// The intersection; the first where rounding errors have separated them.
     #[inline]
     pub(crate) fn meet(self, other: Self) -> Self {
         let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));
@@ -131,7 +131,7 @@ impl Interval {
         }
     }
 
-    /// What a function that rises makes of it.
+    /// The image under an increasing function.
     #[inline]
     pub(super) fn rising(self, f: fn(f64) -> f64) -> Self {
         if self.is_empty() { self } else { Self::of_function(f(self.lo), f(self.hi)) }
@@ -246,9 +246,9 @@ impl Interval {
             return Self::EMPTY;
         }
         let corners = |x: Self| {
-            let all = [x.lo.powf(y.lo), x.lo.powf(y.hi), x.hi.powf(y.lo), x.hi.powf(y.hi)];
-            let lo = all.into_iter().fold(f64::INFINITY, f64::min);
-            let hi = all.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let corners = [x.lo.powf(y.lo), x.lo.powf(y.hi), x.hi.powf(y.lo), x.hi.powf(y.hi)];
+            let lo = corners.into_iter().fold(f64::INFINITY, f64::min);
+            let hi = corners.into_iter().fold(f64::NEG_INFINITY, f64::max);
             Self::of_function(lo, hi)
         };
         if self.lo >= 0.0 {
@@ -275,10 +275,10 @@ impl Interval {
         if self.crosses_cut(x) {
             return Self::rounded(-0.5 * TAU, 0.5 * TAU);
         }
-        let all =
+        let corners =
             [self.lo.atan2(x.lo), self.lo.atan2(x.hi), self.hi.atan2(x.lo), self.hi.atan2(x.hi)];
-        let lo = all.into_iter().fold(f64::INFINITY, f64::min);
-        let hi = all.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let lo = corners.into_iter().fold(f64::INFINITY, f64::min);
+        let hi = corners.into_iter().fold(f64::NEG_INFINITY, f64::max);
         Self::of_function(lo, hi)
     }
 
@@ -348,14 +348,14 @@ impl Mul for Interval {
         }
         // Zero times infinity, a bound that no number reaches, is zero.
         let product = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a * b };
-        let all = [
+        let corners = [
             product(self.lo, other.lo),
             product(self.lo, other.hi),
             product(self.hi, other.lo),
             product(self.hi, other.hi),
         ];
-        let lo = all[0].min(all[1]).min(all[2].min(all[3]));
-        let hi = all[0].max(all[1]).max(all[2].max(all[3]));
+        let lo = corners[0].min(corners[1]).min(corners[2].min(corners[3]));
+        let hi = corners[0].max(corners[1]).max(corners[2].max(corners[3]));
         Self::rounded(lo, hi)
     }
 }

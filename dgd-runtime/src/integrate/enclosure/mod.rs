@@ -60,7 +60,7 @@ enum Step {
     Anything,
 }
 
-/// What an operation depends on.
+/// The inputs of an operation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Reads {
     pub(crate) time: bool,
@@ -75,7 +75,7 @@ impl Reads {
     }
 }
 
-/// An interval of a step: its ends as fractions of the step, and what moves in it.
+/// An interval of a step: its ends as fractions of the step, and its moving quantities.
 pub(crate) struct Along<'a, U: Fn(usize) -> Tube> {
     pub(crate) ends: [f64; 2],
     pub(crate) time: Tube,
@@ -166,7 +166,7 @@ impl Enclosures {
         }
     }
 
-    /// Whether a step is an unknown, or a sum of multiples of such and of what does not move.
+    /// Whether a step is an unknown, or a sum of constants and of multiples of these.
     fn is_linear(&self, step: Step) -> bool {
         let is_still = |at: usize| !self.reads[at].moves();
         let is_linear = |at: usize| self.polynomials[at].is_some();
@@ -222,7 +222,7 @@ impl Enclosures {
         self.kept[slot] = sum;
     }
 
-    /// A choice; where the operands of the comparison are what is chosen, the larger or the smaller, which does not
+    /// A choice; if the operands of the comparison are chosen themselves, the larger or the smaller one, which does not
     /// jump.
     fn selected(&self, c: usize, a: usize, b: usize) -> Step {
         match self.steps[c] {
@@ -232,7 +232,7 @@ impl Enclosures {
         }
     }
 
-    /// What the k-th formula depends on.
+    /// The inputs of the k-th formula.
     pub(crate) fn reads(&self, k: usize) -> Reads {
         self.results.get(k).map_or_else(Reads::default, |at| self.reads[*at])
     }
@@ -242,8 +242,8 @@ impl Enclosures {
         &self.inputs
     }
 
-    /// Prepares the formulas that are wanted for a step: evaluates what does not move, and takes the polynomials of the
-    /// unknowns that are read, each from `polynomial`, which returns the number of coefficients.
+    /// Prepares the requested formulas for a step: evaluates constants, and takes the polynomials of the unknowns that
+    /// are read, each from `polynomial`, which returns the number of coefficients.
     pub(crate) fn begin(
         &mut self,
         wanted: impl Fn(usize) -> bool,

@@ -28,8 +28,8 @@ impl Polynomial {
     pub(super) fn add_multiple(&mut self, a: &Self, f: f64, b: &Self) {
         self.len = a.len.max(b.len);
         for k in 0..self.len {
-            let of = |x: &Self| if k < x.len { x.coefficients[k] } else { 0.0 };
-            self.coefficients[k] = of(a) + f * of(b);
+            let coefficient = |x: &Self| if k < x.len { x.coefficients[k] } else { 0.0 };
+            self.coefficients[k] = coefficient(a) + f * coefficient(b);
         }
         self.size = a.size + f.abs() * b.size;
     }
@@ -80,13 +80,13 @@ fn tube_with(coefficients: &[f64], terms: f64, a: f64, b: f64) -> Tube {
             slope_spread = (slope_spread + k as f64 * q.abs()) * radius;
         }
     }
-    let at = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
+    let value = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
     let error = rounding(size.max(terms));
     let slope_size = slope_size.max((n - 1) as f64 * terms);
     let slope = Interval::around(q[1], slope_spread + rounding(slope_size));
     Tube::moving(
-        Interval::around(at(a), error),
-        Interval::around(at(b), error),
+        Interval::around(value(a), error),
+        Interval::around(value(b), error),
         Interval::around(q[0], spread + error),
         slope * Interval::around(b - a, f64::EPSILON * furthest),
     )

@@ -1,10 +1,10 @@
-//! Enclosures contain what they enclose, and become narrow as fast as the square of the interval.
+//! Enclosures contain the exact ranges, and converge like the square of the interval.
 
 use dgd_signature::{Curve, Formulas, Operation as Op};
 
 use super::{Along, Enclosures, Interval, Tube, functions};
 
-/// Numbers between 0 and 1 that look random.
+/// Pseudo-random numbers between 0 and 1.
 fn number(seed: usize) -> f64 {
     let mixed = (seed as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
     (mixed.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 11) as f64 / (1_u64 << 53) as f64
@@ -106,8 +106,8 @@ fn functions_of_two_arguments_are_enclosed() {
             let x = [between(*first, p), between(*first, p + (q - p) * width)];
             let y = [between(*second, r), between(*second, r + (s - r) * width)];
             let tube = |[a, b]: [f64; 2]| line(time(0.0, 1.0), a, b - a);
-            let at = |[a, b]: [f64; 2], part: f64| a + part * (b - a);
-            verify(name, f(tube(x), tube(y)), |part| value(at(x, part), at(y, part)));
+            let between = |[a, b]: [f64; 2], part: f64| a + part * (b - a);
+            verify(name, f(tube(x), tube(y)), |part| value(between(x, part), between(y, part)));
         }
     }
 }
@@ -147,15 +147,15 @@ fn a_threshold_that_is_never_reached_is_excluded_at_once() {
 
 #[test]
 fn ranges_narrow_with_the_square_of_the_interval() {
-    let mut of = daily(0.8);
+    let mut enclosures = daily(0.8);
     let width = |of: &mut Enclosures, w: f64| {
         // The true range at a maximum is 1 − cos(π w/T).
         let tube = along(of, [86400.0 - 0.5 * w, 86400.0 + 0.5 * w]);
         tube.range.width()
     };
-    let [wide, narrow] = [8000.0, 800.0].map(|w| width(&mut of, w));
+    let [wide, narrow] = [8000.0, 800.0].map(|w| width(&mut enclosures, w));
     assert!(narrow < 0.02 * wide, "{wide} {narrow}");
-    assert!(along(&mut of, [20000.0, 23000.0]).change.hi < 0.0);
+    assert!(along(&mut enclosures, [20000.0, 23000.0]).change.hi < 0.0);
 }
 
 #[test]
@@ -185,8 +185,8 @@ fn sums_that_cancel_are_zero_to_rounding() {
         Op::Subtract(3, 2),
     ];
     let formulas = Formulas { operations: operations.into(), results: vec![4].into() };
-    let mut of = Enclosures::new(&formulas);
-    of.begin(
+    let mut enclosures = Enclosures::new(&formulas);
+    enclosures.begin(
         |_| true,
         &[],
         &[],
@@ -198,8 +198,8 @@ fn sums_that_cancel_are_zero_to_rounding() {
         },
     );
     let input = |_| unreachable!();
-    of.evaluate(&Along { ends: [0.0, 1.0], time: time(0.0, 1.0), input: &input });
-    let tube = of.value_of(0);
+    enclosures.evaluate(&Along { ends: [0.0, 1.0], time: time(0.0, 1.0), input: &input });
+    let tube = enclosures.value_of(0);
     assert!(tube.range.width() < 1e-13, "{tube:?}");
     assert!(tube.range.hi <= tube.left.width().min(tube.right.width()), "{tube:?}");
 }

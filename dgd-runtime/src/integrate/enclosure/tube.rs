@@ -1,4 +1,4 @@
-//! Tubes: what a quantity is along an interval of time, with its slope.
+//! Tubes: enclosures of a quantity and its slope along an interval of time.
 //!
 //! A natural extension of an expression to intervals forgets that its operands move together. With values at the ends
 //! and an enclosure of the change d = x'(t) (b − a) the mean value theorem gives
@@ -29,12 +29,12 @@ impl Tube {
     /// A quantity of which nothing is known.
     pub(super) const ANY: Self = Self { change: Interval::ENTIRE, ..Self::still(Interval::ENTIRE) };
 
-    /// What does not move.
+    /// A constant.
     pub(crate) const fn still(at: Interval) -> Self {
         Self { left: at, right: at, range: at, change: Interval::ZERO }
     }
 
-    /// What moves by a known change, with a range that need not be narrow.
+    /// A quantity with a known change, with a range that need not be narrow.
     #[inline]
     pub(crate) fn moving(
         left: Interval,

@@ -25,14 +25,14 @@ pub(in crate::integrate) struct Hybrid {
     selecting: Vec<bool>,
     /// For each automaton, whether its discrete number is a count.
     counting: Vec<bool>,
-    /// For each transition, the one that tells of a flutter: for a knot the one that passes it the other way, for others
+    /// For each transition, the one that indicates a flutter: for a knot the one in the opposite direction, for others
     /// the transition itself.
     back: Vec<usize>,
     /// For each transition, whether its condition has been false since its mode was entered.
     pub(in crate::integrate) armed: Vec<bool>,
-    /// How far an event function may exceed its threshold without triggering: as far as it did when the solution
-    /// stopped sliding along the threshold, or as rounding takes it when the solution starts on the threshold or has
-    /// just passed it. Infinite until that is known.
+    /// How far an event function may exceed its threshold without triggering: by the excess at which the solution
+    /// stopped sliding along the threshold, or by rounding errors if the solution starts on the threshold or has just
+    /// passed it. Infinite until that is known.
     pub(in crate::integrate) slack: Vec<f64>,
     /// The rounding of event functions of time that have just passed their thresholds, and until when it counts.
     pub(super) rounding: Vec<f64>,
@@ -47,7 +47,8 @@ pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) e: Vec<f64>,
     pub(in crate::integrate) low: Vec<f64>,
     pub(in crate::integrate) high: Vec<f64>,
-    /// The same along parts of a step, with what they read of the past, and how each transition is watched in it.
+    /// Enclosures along parts of a step, including the past values that they read, with the watch state of each
+    /// transition.
     pub(in crate::integrate) enclosures: Enclosures,
     pub(in crate::integrate) past: PastValues,
     pub(in crate::integrate) watching: Vec<Watching>,
@@ -92,8 +93,8 @@ impl Hybrid {
         let n_e = discrete.transitions().count();
         let mut dtimes = vec![0.0; discrete.n_time_conditions * n_s];
         if !dtimes.is_empty() {
-            let at = Point { t: from, y: &[], u: &[], p, z: &schedule.z };
-            system.condition_time_sensitivities(at, &mut dtimes);
+            let point = Point { t: from, y: &[], u: &[], p, z: &schedule.z };
+            system.condition_time_sensitivities(point, &mut dtimes);
             schedule.tell_apart(&dtimes, n_s);
         }
         let enclosures = Enclosures::new(&discrete.event_formulas);
@@ -207,18 +208,18 @@ impl Hybrid {
     }
 }
 
-/// For each transition, the one by which a flutter is told.
+/// For each transition, the one that indicates a flutter.
 fn ways_back(discrete: &Discrete) -> Vec<usize> {
-    let all: Vec<(usize, &Transition)> = discrete.transitions().collect();
+    let transitions: Vec<(usize, &Transition)> = discrete.transitions().collect();
     let back = |(k, (of, transition)): (usize, &(usize, &Transition))| {
         let kind = discrete.automata[*of].kind;
         let is_back = |(other, next): &(usize, &Transition)| {
             other == of && next.crossing != transition.crossing
         };
         let counts_knots = kind.counts() && kind.only_ends_steps();
-        all.iter().position(is_back).filter(|_| counts_knots).unwrap_or(k)
+        transitions.iter().position(is_back).filter(|_| counts_knots).unwrap_or(k)
     };
-    all.iter().enumerate().map(back).collect()
+    transitions.iter().enumerate().map(back).collect()
 }
 
 /// Occurrences of a transition: the time of the last, the interval before it, and how many times in a row that interval

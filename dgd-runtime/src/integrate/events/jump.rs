@@ -7,9 +7,9 @@
 //!   H dD = −(dc/dθ + Σ dH/dθ d),         along D, the total derivatives at the time of the instant
 //! ```
 //!
-//! c are the constraints of the new modes, so that the other rows of H are linear: charge and momentum are kept where
-//! the equations say so. A reset acts first, and what it resets does not jump. If H is singular, or c cannot be
-//! fulfilled, states keep their values, and what constraints determine jumps onto them.
+//! c are the constraints of the new modes, so that the other rows of H are linear: charge and momentum are conserved if
+//! the equations imply it. A reset acts first, and the unknowns that it resets do not jump. If H is singular, or c
+//! cannot be satisfied, states keep their values, and the unknowns that constraints determine jump onto them.
 
 use crate::integrate::events::saltation::Saltation;
 use crate::integrate::simulation::Simulation;
@@ -117,9 +117,9 @@ impl<S: Solved> Simulation<'_, S> {
         };
         let Problem { system, p, .. } = *self.problem;
         let u = self.drive.at(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let Jumps { kinds, numbers, rests, jacobian, .. } = jumps;
-        system.jumps(at, numbers, rests, jacobian);
+        system.jumps(point, numbers, rests, jacobian);
         for (kind, number) in kinds.iter_mut().zip(numbers) {
             *kind = JumpKind::of_number(*number);
         }
@@ -166,8 +166,8 @@ impl<S: Solved> Simulation<'_, S> {
                 break;
             }
             for i in 0..jumps.rests.len() {
-                let own = if jumps.has_equation(i) { jumps.rests[i] } else { 0.0 };
-                jumps.correction.as_mut()[i] = own;
+                let residual = if jumps.has_equation(i) { jumps.rests[i] } else { 0.0 };
+                jumps.correction.as_mut()[i] = residual;
             }
             jumps.correction.as_mut()[jumps.rests.len()..].fill(0.0);
             jumps.factorisation.solve(jumps.correction.as_mut());
@@ -207,19 +207,21 @@ impl<S: Solved> Simulation<'_, S> {
         let discrete = &system.signature().discrete;
         let n = self.y.as_ref().len();
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         let Saltation { tau, total, .. } = &mut self.discrete.saltation;
         let Jumps { drests, drestsdt, djacobian, djacobiandt, .. } = jumps;
-        system.jump_sensitivities(at, udot, total, drests, drestsdt, djacobian, djacobiandt);
+        system.jump_sensitivities(point, udot, total, drests, drestsdt, djacobian, djacobiandt);
         let (single, n_h) = (jumps.kinds.len(), jumps.djacobiandt.len());
         for (j, tau) in tau.iter().enumerate() {
             let along = |slope: f64| if *tau == 0.0 { 0.0 } else { slope * tau };
             let mut correction = jumps.correction.take();
-            let own = correction.as_mut();
-            own.fill(0.0);
+            let djumps = correction.as_mut();
+            djumps.fill(0.0);
             let drests = &jumps.drests[j * single..];
-            for ((own, drest), slope) in own.iter_mut().zip(drests).zip(&jumps.drestsdt[..single]) {
-                *own = drest + along(*slope);
+            for ((djump, drest), slope) in
+                djumps.iter_mut().zip(drests).zip(&jumps.drestsdt[..single])
+            {
+                *djump = drest + along(*slope);
             }
             for (h, (row, column)) in discrete.jump_jacobian.positions().enumerate() {
                 // The derivatives of constraints, at y⁺, have theirs already.
@@ -227,17 +229,17 @@ impl<S: Solved> Simulation<'_, S> {
                     continue;
                 }
                 let slope = jumps.djacobian[j * n_h + h] + along(jumps.djacobiandt[h]);
-                own[row] += slope * jumps.jump.as_ref()[column];
+                djumps[row] += slope * jumps.jump.as_ref()[column];
             }
-            for (i, own) in own.iter_mut().enumerate() {
+            for (i, djump) in djumps.iter_mut().enumerate() {
                 if !jumps.has_equation(i) {
-                    *own = 0.0;
+                    *djump = 0.0;
                 }
             }
-            jumps.factorisation.solve(own);
-            for (i, own) in own.iter().enumerate() {
+            jumps.factorisation.solve(djumps);
+            for (i, djump) in djumps.iter().enumerate() {
                 if jumps.kind(i).jumps() {
-                    total[j * n + i] += own;
+                    total[j * n + i] += djump;
                 }
             }
             jumps.correction = correction;
@@ -254,9 +256,9 @@ impl<S: Solved> Simulation<'_, S> {
             let bearable = rtol * left[i].abs().max(y[i].abs()) + atol * self.sizes.as_ref()[i];
             (y[i] - left[i]).abs() > bearable
         };
-        let all = || (0..y.len()).filter(|i| jumps.had_rate[*i] && !jumps.is_reset[*i]);
-        let has_impulse = all().any(|i| jumps.kind(i).jumps() && moved(i));
-        for i in all() {
+        let states = || (0..y.len()).filter(|i| jumps.had_rate[*i] && !jumps.is_reset[*i]);
+        let has_impulse = states().any(|i| jumps.kind(i).jumps() && moved(i));
+        for i in states() {
             let cause = match jumps.kind(i) {
                 JumpKind::Shared if jumps.is_made => continue,
                 JumpKind::Lost if !has_impulse => continue,

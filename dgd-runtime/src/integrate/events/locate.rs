@@ -28,7 +28,7 @@ const NO_NEARER: f64 = 1e-9;
 const NEARLY: f64 = 0.99;
 /// The size of a step that just passes a knot, in sizes of the step up to there.
 const BEYOND_KNOT: f64 = 1.0 + 1e-6;
-/// Every so many trials the interval is halved, however slow regula falsi is.
+/// Number of trials after which the interval is halved, however slow regula falsi is.
 const HALVED: usize = 8;
 /// Halving alone narrows any interval to rounding within this many trials.
 const MOST_TRIALS: usize = 48 * HALVED;
@@ -141,8 +141,8 @@ impl<S: Solved> Simulation<'_, S> {
         self.discrete.high.copy_from_slice(&self.discrete.e);
         {
             let u = self.drive.at(self.t, self.y.as_ref());
-            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-            system.event_functions(at, &mut self.discrete.low);
+            let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+            system.event_functions(point, &mut self.discrete.low);
         }
         let narrow = (4.0 * f64::EPSILON * self.t.abs()).max(NARROW * h);
         let mut stayed = Stayed { side: Side::None, times: 0 };
@@ -196,9 +196,9 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Solves for the algebraic unknowns after h, if watched event functions read some. A step satisfies their equations
-    /// to tolerance only, and what it takes just past a threshold would come back with the event, or pass it far too
-    /// early where a piece beyond is steep.
+    /// Solves for the algebraic unknowns after h, if watched event functions read some. A step satisfies their
+    /// equations only to tolerance, and an event function just past a threshold would come back with the event, or pass
+    /// it far too early if a piece beyond is steep.
     fn satisfy_equations(&mut self, h: f64) {
         if !self.discrete.watches_algebraic {
             return;
@@ -208,10 +208,10 @@ impl<S: Solved> Simulation<'_, S> {
         let y = self.row.as_mut();
         y.copy_from_slice(self.stepper.y_new.as_ref());
         let u = Here { drive: &mut self.drive, t: self.t + h };
-        let at = AlgebraicPoint { t: self.t + h, u, p, z: self.discrete.schedule.z.as_slice() };
+        let point = AlgebraicPoint { t: self.t + h, u, p, z: self.discrete.schedule.z.as_slice() };
         let (jacobian, sizes) = (work.jacobian.as_mut(), self.sizes.as_ref());
         let solved =
-            self.algebraic.make_consistent(system, at, y, jacobian, sizes, self.tolerances);
+            self.algebraic.make_consistent(system, point, y, jacobian, sizes, self.tolerances);
         if solved.is_ok() {
             self.stepper.y_new.as_mut().copy_from_slice(y);
         }
@@ -221,8 +221,8 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + h;
         let u = self.drive.at(t, self.stepper.y_new.as_ref());
-        let at = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
-        system.event_functions(at, &mut self.discrete.e);
+        let point = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
+        system.event_functions(point, &mut self.discrete.e);
     }
 
     /// The earliest root of the secants of the event functions that pass their thresholds.

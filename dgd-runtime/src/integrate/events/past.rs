@@ -27,8 +27,8 @@ impl PastValues {
 
     /// The tube of an input; `None` for one that is not delayed.
     pub(super) fn tube(&self, i: usize) -> Option<Tube> {
-        let at = self.positions.binary_search(&i).ok()?;
-        let [a, middle, b] = [0, 1, 2].map(|k| self.values[k][at]);
+        let position = self.positions.binary_search(&i).ok()?;
+        let [a, middle, b] = [0, 1, 2].map(|k| self.values[k][position]);
         if a == b && a == middle {
             return Some(Tube::still(Interval::point(a)));
         }

@@ -37,9 +37,9 @@ impl<S: Solved> Simulation<'_, S> {
         self.linearized = false;
         self.stepper.restart();
         let mut y = self.y.take();
-        let found = self.solve_pieces_at(self.t, y.as_mut());
+        let pieces = self.solve_pieces_at(self.t, y.as_mut());
         self.y = y;
-        found
+        pieces
     }
 
     /// Finds the pieces that hold just after t, and the unknowns that they have there; `because` is the automaton that
@@ -52,7 +52,7 @@ impl<S: Solved> Simulation<'_, S> {
         if self.discrete.pieces.is_empty() || self.algebraic.is_empty() {
             return Ok(());
         }
-        // Only what is reached along a solution may be a fold; inputs, resets and other modes jump by themselves.
+        // Only points reached along a solution may be folds; inputs, resets and other modes jump by themselves.
         let is_reached = self.discrete.located.is_some();
         if is_reached {
             // A step leaves algebraic unknowns within the tolerance of their equations.
@@ -61,7 +61,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.find_pieces_ahead(1.0, because)?;
         let may_be_fold = is_reached && self.discrete.pieces.has_turned();
         let far = self.distance_from_row().filter(|(_, far)| may_be_fold && *far > FAR);
-        // What is continuous changes the less the nearer the pieces are found.
+        // Continuous unknowns change the less the nearer the pieces are found.
         if let Some((_, far)) = far {
             self.y.as_mut().copy_from_slice(self.row.as_ref());
             self.find_pieces_ahead(NEARER, because)?;
@@ -87,12 +87,12 @@ impl<S: Solved> Simulation<'_, S> {
     ) -> Result<(), IntegrateError> {
         let on = self.move_on(part);
         let mut after = self.row.take();
-        let mut found = self.solve_pieces_at(self.t + on, after.as_mut());
+        let mut pieces = self.solve_pieces_at(self.t + on, after.as_mut());
         // States that begin to move with these pieces may tell apart others, which agree where they rest.
-        if found.is_ok() {
+        if pieces.is_ok() {
             let has_turned = self.discrete.pieces.has_turned();
             self.move_states(on, after.as_mut());
-            found = self.solve_pieces_at(self.t + on, after.as_mut());
+            pieces = self.solve_pieces_at(self.t + on, after.as_mut());
             self.discrete.pieces.count_turn(has_turned);
         }
         // States stay where they are.
@@ -105,7 +105,7 @@ impl<S: Solved> Simulation<'_, S> {
             }
         }
         self.row = after;
-        match found {
+        match pieces {
             Ok(()) => self.make_values_consistent(),
             Err(error) => Err(self.no_piece(because, error)),
         }
@@ -114,12 +114,12 @@ impl<S: Solved> Simulation<'_, S> {
     /// Solves for algebraic unknowns and pieces at a time, with the states in `y`.
     fn solve_pieces_at(&mut self, t: f64, y: &mut [f64]) -> Result<(), InitialError> {
         let Problem { system, p, .. } = *self.problem;
-        let at = AlgebraicPoint { t, u: self.drive.at(t, y), p, z: &[] };
+        let point = AlgebraicPoint { t, u: self.drive.at(t, y), p, z: &[] };
         let weights = Weights { sizes: self.sizes.as_ref(), tolerances: self.tolerances };
         self.algebraic.solve_pieces(
             system,
             &mut self.discrete.pieces,
-            at,
+            point,
             &mut self.discrete.schedule.z,
             y,
             self.stepper.jacobian.as_mut(),
@@ -127,13 +127,14 @@ impl<S: Solved> Simulation<'_, S> {
         )
     }
 
-    /// Moves states from where they are to where their slopes at `y`, which is a time `on` later, lead them.
+    /// Advances states over a time `on` with their slopes at `y`, which is that much later.
     fn move_states(&mut self, on: f64, y: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + on;
-        let at = Point { t, y, u: self.drive.at(t, y), p, z: self.discrete.schedule.z.as_slice() };
+        let point =
+            Point { t, y, u: self.drive.at(t, y), p, z: self.discrete.schedule.z.as_slice() };
         let slopes = self.stepper.rhs.as_mut();
-        system.rhs(at, slopes);
+        system.rhs(point, slopes);
         let (mass, before) = (self.algebraic.mass.as_ref(), self.y.as_ref());
         for (i, y) in y.iter_mut().enumerate() {
             if mass[i] != 0.0 {
@@ -170,14 +171,14 @@ impl<S: Solved> Simulation<'_, S> {
     /// Writes y to `row`, states moved on by a part of a little along their slopes. Returns the time that this takes.
     fn move_on(&mut self, part: f64) -> f64 {
         let Problem { system, p, .. } = *self.problem;
-        let seen = self.seen();
+        let inputs = self.seen();
         let y = self.y.as_ref();
         let u = self.drive.at(self.t, y);
-        let at = Point { t: self.t, y, u, p, z: self.discrete.z() };
+        let point = Point { t: self.t, y, u, p, z: self.discrete.z() };
         let slopes = self.stepper.rhs.as_mut();
-        system.rhs(at, slopes);
+        system.rhs(point, slopes);
         self.algebraic.keep_differential(slopes);
-        let speed = seen.mean_square(slopes, y, y, self.sizes.as_ref()).sqrt();
+        let speed = inputs.mean_square(slopes, y, y, self.sizes.as_ref()).sqrt();
         let on = part * (ON / speed).min(ON_TIME * self.span);
         let on = on.max(16.0 * f64::EPSILON * self.t.abs());
         for ((row, y), slope) in self.row.as_mut().iter_mut().zip(y).zip(slopes.iter()) {
@@ -188,10 +189,10 @@ impl<S: Solved> Simulation<'_, S> {
 
     /// The unknown that differs most from `row`, and by how many tolerances.
     fn distance_from_row(&self) -> Option<(usize, f64)> {
-        let seen = self.seen();
+        let inputs = self.seen();
         let (y, before, sizes) = (self.y.as_ref(), self.row.as_ref(), self.sizes.as_ref());
         let far = |i: usize| {
-            let weight = seen.weight(y[i].abs().max(before[i].abs()), sizes[i]);
+            let weight = inputs.weight(y[i].abs().max(before[i].abs()), sizes[i]);
             (i, (y[i] - before[i]).abs() / weight)
         };
         (0..y.len()).map(far).max_by(|(_, a), (_, b)| a.total_cmp(b))

@@ -18,8 +18,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         let u = self.drive.at(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
-        select_states(system, at, &mut self.discrete.schedule.z, &mut self.discrete.e)
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
+        select_states(system, point, &mut self.discrete.schedule.z, &mut self.discrete.e)
     }
 
     /// Selects the states for the first consistent values.
@@ -28,8 +28,8 @@ impl<S: Solved> Simulation<'_, S> {
             let Problem { system, p, .. } = *self.problem;
             let mut mass = self.algebraic.mass.clone();
             let u = self.drive.at(self.t, self.y.as_ref());
-            let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
-            system.mass(at, mass.as_mut());
+            let point = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
+            system.mass(point, mass.as_mut());
             self.algebraic.enter_modes(mass.as_ref());
         }
     }

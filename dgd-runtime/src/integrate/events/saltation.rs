@@ -243,8 +243,8 @@ impl<S: Solved> Simulation<'_, S> {
             *moved = y + step * ydot;
         }
         let (u, udot) = self.drive.with_slope(t, self.row.as_ref());
-        let at = Point { t, y: self.row.as_ref(), u, p, z: &self.discrete.schedule.z };
-        self.discrete.saltation.take_event_derivatives(system, at, udot);
+        let point = Point { t, y: self.row.as_ref(), u, p, z: &self.discrete.schedule.z };
+        self.discrete.saltation.take_event_derivatives(system, point, udot);
         let (moved_rate, _) = self.event_rate(k);
         let mut moved = std::mem::take(&mut self.discrete.saltation.rows[0]);
         self.event_along_directions(k, &mut moved);
@@ -297,8 +297,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-        self.discrete.saltation.take_event_derivatives(system, at, udot);
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        self.discrete.saltation.take_event_derivatives(system, point, udot);
         true
     }
 
@@ -392,14 +392,14 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         let saltation = &mut self.discrete.saltation;
-        system.resets(at, &mut saltation.r);
+        system.resets(point, &mut saltation.r);
         if let Some(d) = &self.directions {
             let is_fixed = saltation.is_fixed();
             let Saltation { of_resets, ydot, tau, total, rows: [row, _], .. } = saltation;
             let Derivatives { unknowns, directions, time } = of_resets;
-            system.reset_derivatives(at, udot, directions, unknowns, time);
+            system.reset_derivatives(point, udot, directions, unknowns, time);
             // ṙ replaces ∂r/∂t + ∂r/∂u u̇; it is not needed if the time is fixed.
             if !is_fixed {
                 for ((row, column), slope) in discrete.reset_jacobian.positions().zip(&*unknowns) {
@@ -421,8 +421,8 @@ impl<S: Solved> Simulation<'_, S> {
             // The value that it keeps when it becomes differential.
             saltation.y_left[*unknown] = saltation.r[q];
             for j in 0..saltation.tau.len() {
-                let at = j * saltation.ydot.len() + unknown;
-                saltation.total_left[at] = saltation.total[at];
+                let entry = j * saltation.ydot.len() + unknown;
+                saltation.total_left[entry] = saltation.total[entry];
             }
         }
     }
@@ -464,7 +464,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Enters the current modes, with what these make of the unknowns that have derivatives.
+    /// Enters the current modes, which decide which unknowns have derivatives.
     fn enter_modes(&mut self, transition: Option<usize>) {
         let mut mass = std::mem::take(&mut self.discrete.saltation.mass);
         let mut had_rate = std::mem::take(&mut self.discrete.saltation.had_rate);

@@ -4,9 +4,8 @@
 //! all event functions that may pass their thresholds in it are monotone. Parts are taken in their order, so that no
 //! crossing comes before the one that is found.
 //!
-//! An excess over a threshold that is below the rounding of the event function is no crossing, but a touch, from which on
-//! derivatives are undefined. Where a part is as short as the rounding of time,
-//! its ends decide.
+//! An excess over a threshold that is below the rounding error of the event function is not a crossing, but a touch,
+//! from which on derivatives are undefined. If a part is as short as the rounding error of time, its ends decide.
 
 use crate::integrate::enclosure::{Along, Interval, Tube};
 use crate::integrate::events::watch::CALM;
@@ -24,13 +23,13 @@ const NO_TOUCH: f64 = 4.0;
 /// Parts of a step longer than this are halved where event functions read the past, which is sampled.
 const SAMPLED: f64 = 0.25;
 
-/// What a scan found.
+/// The result of a scan.
 pub(super) enum Scanned {
     /// No transition is due in the step.
     Nothing,
     /// At this fraction of the step a transition is due or can be armed.
     Until(f64),
-    /// Up to this fraction no transition is due. From there to the other the k-th cannot be told apart from its
+    /// Up to this fraction no transition is due. From there to the other the k-th is indistinguishable from its
     /// threshold.
     Stuck { part: f64, to: f64, k: usize },
 }
@@ -100,16 +99,16 @@ impl<S: Solved> Simulation<'_, S> {
         for reached in &mut self.discrete.reached {
             *reached = reached.map(|_| 0.0);
         }
-        let mut found = if self.begin_scan() { self.scan_from(0.0, h) } else { Scanned::Nothing };
-        while let Scanned::Stuck { part, to, k } = found
+        let mut scanned = if self.begin_scan() { self.scan_from(0.0, h) } else { Scanned::Nothing };
+        while let Scanned::Stuck { part, to, k } = scanned
             && self.rides(k, h, Part::new(part, to))
         {
             self.discrete.watching[k] = Watching::AtEnd;
-            found = self.scan_from(part, h);
+            scanned = self.scan_from(part, h);
         }
-        match found {
+        match scanned {
             Scanned::Nothing if self.is_due_at_end(h) => Scanned::Until(1.0),
-            found => found,
+            scanned => scanned,
         }
     }
 
@@ -310,7 +309,7 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
-    /// The transition that is due first in a part; if there is none, arms what is armed there.
+    /// The first transition that is due in a part; if there is none, arms those that can be armed there.
     fn first_due(&mut self, h: f64, part: Part) -> Option<Due> {
         let discrete = &self.problem.system.signature().discrete;
         let mut first: Option<Due> = None;
@@ -325,12 +324,12 @@ impl<S: Solved> Simulation<'_, S> {
                         self.discrete.watching[k] = Watching::No;
                         continue;
                     }
-                    let at = match self.discrete.watching[k] {
+                    let watched = match self.discrete.watching[k] {
                         Watching::ArmedAt(armed) => armed,
                         _ => part.to,
                     };
-                    if first.is_none_or(|first| at < first.at) {
-                        first = Some(Due { k, at });
+                    if first.is_none_or(|first| watched < first.at) {
+                        first = Some(Due { k, at: watched });
                     }
                 }
             }
@@ -338,8 +337,8 @@ impl<S: Solved> Simulation<'_, S> {
         first
     }
 
-    /// Notes how far the event function of a transition that is due in a part turns beyond its threshold, where it is
-    /// not beyond it at the end of the step. Whether that is more than a touch decides about derivatives.
+    /// Records how far the event function of a transition that is due in a part turns beyond its threshold, if it is
+    /// not beyond it at the end of the step. Derivatives depend on whether that is more than a touch.
     fn take_turn(&mut self, k: usize, h: f64, part: Part) {
         let mut transitions = self.problem.system.signature().discrete.transitions();
         let Some((_, transition)) = transitions.nth(k) else { return };
@@ -351,16 +350,16 @@ impl<S: Solved> Simulation<'_, S> {
         let (mut depth, mut uncertain) = (0.0_f64, 0.0_f64);
         let (mut from, mut width) = (part.from, part.to - part.from);
         loop {
-            let to = (from + width).min(1.0);
-            self.enclose(h, Part::new(from, to));
+            let end = (from + width).min(1.0);
+            self.enclose(h, Part::new(from, end));
             let e = beyond(self.discrete.enclosures.value_of(k), crossing);
             depth = depth.max(e.range.hi - slack);
             uncertain = uncertain.max(rounding(e));
             let is_back = from > part.from && e.right.lo <= slack;
-            if to >= 1.0 || is_back {
+            if end >= 1.0 || is_back {
                 break;
             }
-            (from, width) = (to, 2.0 * width);
+            (from, width) = (end, 2.0 * width);
         }
         let depth = if depth > NO_TOUCH * uncertain { depth } else { 0.0 };
         self.discrete.turned = Some((k, depth));
@@ -444,19 +443,19 @@ fn beyond(e: Tube, crossing: Crossing) -> Tube {
     }
 }
 
-/// What a tolerance of rounding adds to a threshold: the uncertainty of the event function at a point.
+/// Tolerance of a threshold due to rounding errors: the uncertainty of the event function at a point.
 fn rounding(e: Tube) -> f64 {
     let width = e.left.width().min(e.right.width());
     if width.is_finite() { width } else { 0.0 }
 }
 
-/// Whether an event function may exceed a threshold by more than rounding. What is undefined does not: NaN compares
-/// false.
+/// Whether an event function may exceed a threshold by more than rounding errors. False if it is undefined: NaN
+/// compares false.
 fn may_be_beyond(e: Tube, slack: f64) -> bool {
     e.range.hi > slack + rounding(e)
 }
 
-/// What an armed transition does that is due above `slack`.
+/// The result for an armed transition that is due above `slack`.
 fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
     let due = |is: bool| if is { Found::Due } else { Found::Clear };
     if !may_be_beyond(e, slack) {
@@ -474,8 +473,8 @@ fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
     }
 }
 
-/// What a transition does that is armed where its event function is certainly not above `slack`: one that has just been
-/// made is above it by less than rounding.
+/// The result for a transition that is armed when its event function is certainly not above `slack`: one that has just
+/// occurred is above it by less than rounding errors.
 fn found_to_arm(e: Tube, slack: f64, is_last: bool) -> Found {
     if e.range.lo > slack {
         Found::Clear

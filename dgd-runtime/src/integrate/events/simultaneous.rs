@@ -127,7 +127,7 @@ impl<S: Solved> Simulation<'_, S> {
         differs
     }
 
-    /// The time within which events cannot be told apart, at least this fraction of the step that led to them. It does
+    /// The time within which events count as simultaneous, at least this fraction of the step that led to them. It does
     /// not depend on the length of the run.
     pub(in crate::integrate) fn at_once(&self, part: f64) -> f64 {
         (part * self.discrete.sampled).max(16.0 * f64::EPSILON * self.t.abs())
@@ -157,7 +157,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Whether what `make` makes has one outcome in the reverse order, too. Everything is as before then.
+    /// Whether the changes by `make` have the same outcome in the reverse order. The state is restored afterwards.
     pub(super) fn orders_agree(
         &mut self,
         solution: &mut Solution,

@@ -1,7 +1,7 @@
 //! Points where ∂f_a/∂y_a is singular: how states pass through, and where sensitivities end.
 //!
 //! A tank that fills through a throttle, 0 = a (5 − h) − b q|q|, is full after a finite time, and then ∂f/∂q = 0. The
-//! matrix of the stages is still regular. What is unusual:
+//! matrix of the stages is still regular. The peculiarities:
 //!
 //! - f_a = 0 to tolerance leaves q undetermined to its square root ([`Simulation::after_rejection`]),
 //! - so does f_a = 0 to rounding ([`Simulation::error_beyond_rounding`]),
@@ -49,12 +49,12 @@ impl<S: Solved> Simulation<'_, S> {
         self.linearized = false;
         let Problem { system, p, .. } = *self.problem;
         let u = Here { drive: &mut self.drive, t: self.t };
-        let at = AlgebraicPoint { t: self.t, u, p, z: self.discrete.z() };
+        let point = AlgebraicPoint { t: self.t, u, p, z: self.discrete.z() };
         let y = self.row.as_mut();
         y.copy_from_slice(self.y.as_ref());
         let jacobian = self.stepper.jacobian.as_mut();
         let (sizes, tolerances) = (self.sizes.as_ref(), self.tolerances);
-        if self.algebraic.make_consistent(system, at, y, jacobian, sizes, tolerances).is_ok() {
+        if self.algebraic.make_consistent(system, point, y, jacobian, sizes, tolerances).is_ok() {
             std::mem::swap(&mut self.y, &mut self.row);
         }
 
@@ -102,15 +102,15 @@ impl<S: Solved> Simulation<'_, S> {
                 *new = y + h * slope;
             }
             let u = Here { drive: &mut self.drive, t: t_new };
-            let at = AlgebraicPoint { t: t_new, u, p, z: self.discrete.z() };
+            let point = AlgebraicPoint { t: t_new, u, p, z: self.discrete.z() };
             let jacobian = self.stepper.jacobian.as_mut();
             let consistent =
-                self.algebraic.make_consistent(system, at, y_new, jacobian, sizes, tolerances);
+                self.algebraic.make_consistent(system, point, y_new, jacobian, sizes, tolerances);
             if consistent.is_ok() {
                 let (u, udot) = self.drive.with_slope(t_new, y_new);
-                let at = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
+                let point = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
                 let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_mut());
-                system.linearize(at, udot, f, jacobian, dfdt);
+                system.linearize(point, udot, f, jacobian, dfdt);
                 let e = self.stepper.rhs.as_mut();
                 e.copy_from_slice(f);
                 multiply(e, self.algebraic.mass.as_ref());
@@ -147,8 +147,8 @@ impl<S: Solved> Simulation<'_, S> {
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
         let t_new = self.t + h;
         let u = self.drive.at(t_new, self.stepper.y_new.as_ref());
-        let at = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
-        system.rhs(at, self.row.as_mut());
+        let point = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
+        system.rhs(point, self.row.as_mut());
         let pattern = &system.signature().jacobian;
         let jacobian = self.stepper.jacobian.as_ref();
         if !self.algebraic.is_rounding(pattern, jacobian, y_new, &self.row) {
@@ -195,8 +195,8 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
         let base = Base { system, p, z, mass, t: t_new };
-        let all = self.stepper.traits.wants_all_derivatives();
-        let directions = self.directions.as_mut().filter(|_| all).map(|d| (d, At::End));
+        let wants_all = self.stepper.traits.wants_all_derivatives();
+        let directions = self.directions.as_mut().filter(|_| wants_all).map(|d| (d, At::End));
         // The linearisation needs y⁺, which the stepper owns.
         self.row.as_mut().copy_from_slice(self.stepper.y_new.as_ref());
         self.stepper.linearize(base, &mut self.drive, self.row.as_ref(), directions);
@@ -215,16 +215,16 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn weak_equation(&mut self, t: f64, how: Weak) -> Option<usize> {
         let Problem { system, p, .. } = *self.problem;
         let u = self.drive.at(t, self.y.as_ref());
-        let at = Point { t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let point = Point { t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let work = self.projection.as_mut()?.jacobian.as_mut();
         let jacobian = self.stepper.jacobian.as_ref();
         let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
         match how {
             Weak::Singular => {
-                self.algebraic.singular_equation(system, at, jacobian, work, sizes, atol)
+                self.algebraic.singular_equation(system, point, jacobian, work, sizes, atol)
             }
             Weak::Vanishing => {
-                self.algebraic.vanishing_equation(system, at, jacobian, work, sizes, atol)
+                self.algebraic.vanishing_equation(system, point, jacobian, work, sizes, atol)
             }
         }
     }

@@ -98,8 +98,8 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let hybrid = &mut self.discrete;
         if hybrid.schedule.follow(system, p, self.t) && !hybrid.dtimes.is_empty() {
-            let at = Point { t: self.t, y: &[], u: &[], p, z: &hybrid.schedule.z };
-            system.condition_time_sensitivities(at, &mut hybrid.dtimes);
+            let point = Point { t: self.t, y: &[], u: &[], p, z: &hybrid.schedule.z };
+            system.condition_time_sensitivities(point, &mut hybrid.dtimes);
         }
     }
 

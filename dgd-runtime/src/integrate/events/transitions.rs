@@ -72,8 +72,8 @@ impl<S: Solved> Simulation<'_, S> {
         for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
             if *slack == mark {
                 // A value that exceeds the threshold by more than rounding has passed it.
-                let own = if mark == OF_ROUNDING { 0.0 } else { 2.0 * e.abs() };
-                *slack = error.max(own);
+                let threshold = if mark == OF_ROUNDING { 0.0 } else { 2.0 * e.abs() };
+                *slack = error.max(threshold);
             }
         }
     }
@@ -91,8 +91,8 @@ impl<S: Solved> Simulation<'_, S> {
         };
         let (u, udot) = self.drive.with_slope(t, y);
         let Hybrid { schedule, rounding, calm_until, saltation, .. } = &mut self.discrete;
-        let at = Point { t, y, u, p, z: &schedule.z };
-        let slopes = saltation.take_event_derivatives(system, at, udot);
+        let point = Point { t, y, u, p, z: &schedule.z };
+        let slopes = saltation.take_event_derivatives(system, point, udot);
         let of_time = ROUNDINGS * f64::EPSILON * t.abs();
         for (own, slope) in rounding.iter_mut().zip(slopes) {
             if *own == OF_ROUNDING {
@@ -123,8 +123,8 @@ impl<S: Solved> Simulation<'_, S> {
             let moved = self.row.as_mut();
             moved.copy_from_slice(y);
             moved[i] += rtol * y[i].abs() + atol * self.sizes.as_ref()[i];
-            let at = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
-            system.event_functions(at, low);
+            let point = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            system.event_functions(point, low);
             for ((error, moved), e) in high.iter_mut().zip(low.iter()).zip(e.iter()) {
                 *error += (moved - e).abs();
             }
@@ -172,9 +172,9 @@ impl<S: Solved> Simulation<'_, S> {
     /// Sets the slack of all transitions of the automaton of the k-th.
     fn set_slack_beside(&mut self, k: usize, slack: f64) {
         let discrete = &self.problem.system.signature().discrete;
-        let of = discrete.transitions().nth(k).map(|(automaton, _)| automaton);
+        let owner = discrete.transitions().nth(k).map(|(automaton, _)| automaton);
         for (other, (automaton, _)) in discrete.transitions().enumerate() {
-            if Some(automaton) == of {
+            if Some(automaton) == owner {
                 self.discrete.slack[other] = slack;
             }
         }
@@ -184,8 +184,8 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn evaluate_events(&mut self) {
         let Problem { system, p, .. } = *self.problem;
         let u = self.drive.at(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-        system.event_functions(at, &mut self.discrete.e);
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        system.event_functions(point, &mut self.discrete.e);
     }
 
     /// Whether (t, y) is at a corner, so that ∂f/∂y may be that of the side which the solution leaves.
@@ -291,8 +291,8 @@ impl<S: Solved> Simulation<'_, S> {
         );
         if schedule.z != before {
             let mut mass = self.algebraic.mass.clone();
-            let at = Point { t: self.t, y: &[], u, p, z: &schedule.z };
-            system.mass(at, mass.as_mut());
+            let point = Point { t: self.t, y: &[], u, p, z: &schedule.z };
+            system.mass(point, mass.as_mut());
             self.algebraic.enter_modes(mass.as_ref());
         }
     }
@@ -304,8 +304,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         let u = self.drive.at(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
-        choose_sides(system, at, &mut self.discrete.e, &mut self.discrete.schedule.z);
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
+        choose_sides(system, point, &mut self.discrete.e, &mut self.discrete.schedule.z);
         let discrete = &system.signature().discrete;
         for (slack, (automaton, _)) in self.discrete.slack.iter_mut().zip(discrete.transitions()) {
             if discrete.automata[automaton].kind.has_surface() {
@@ -403,13 +403,13 @@ impl<S: Solved> Simulation<'_, S> {
         let hybrid = &self.discrete;
         let discrete = &self.problem.system.signature().discrete;
         let mut transitions = discrete.transitions().enumerate();
-        let found = transitions.find(|(k, (of, transition))| {
+        let transition_met = transitions.find(|(k, (of, transition))| {
             *of == position
                 && transition.trigger == Trigger::Entry
                 && hybrid.is_active(*of, transition.from)
                 && transition.crossing.is_past(hybrid.e[*k])
         });
-        found.map(|(k, _)| k)
+        transition_met.map(|(k, _)| k)
     }
 
     /// Whether another condition of the same action was already met at this time, so that the action has happened.

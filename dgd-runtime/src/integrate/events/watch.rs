@@ -1,8 +1,8 @@
 //! Detects crossings of thresholds within a step, not only at its end.
 //!
-//! Event functions are enclosed along the step, with the dense output in the place of the unknowns
-//! ([`super::scan`]): no crossing is missed, however long the step is. The step is then repeated, shorter, to a point
-//! just behind the first crossing, or to one at which a transition can be armed that is due later in the step.
+//! Event functions are enclosed along the step, with the dense output instead of the unknowns ([`super::scan`]): no
+//! crossing is missed, however long the step is. The step is then repeated, shorter, to a point just behind the first
+//! crossing, or to one at which a transition can be armed that is due later in the step.
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
@@ -31,7 +31,7 @@ const FAR_ENOUGH: f64 = 1e-9;
 
 impl<S: Solved> Simulation<'_, S> {
     /// The fraction of the last tried step up to the first point where a transition is due or can be armed. If there is
-    /// none, arms what can be armed at the end.
+    /// none, arms those that can be armed at the end.
     ///
     /// # Errors
     ///
@@ -43,14 +43,14 @@ impl<S: Solved> Simulation<'_, S> {
     ) -> Result<Option<f64>, IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         let y_new = self.stepper.y_new.as_ref();
-        let at = Point {
+        let point = Point {
             t: t_new,
             y: y_new,
             u: self.drive.at(t_new, y_new),
             p,
             z: &self.discrete.schedule.z,
         };
-        system.event_functions(at, &mut self.discrete.e);
+        system.event_functions(point, &mut self.discrete.e);
         self.end_calm();
         self.discrete.uncut = f64::INFINITY;
         self.discrete.sampled = h;
@@ -134,8 +134,8 @@ impl<S: Solved> Simulation<'_, S> {
             let t = self.t + part * h;
             let u = self.drive.at(t, self.row.as_ref());
             let Hybrid { schedule, around, .. } = &mut self.discrete;
-            let at = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
-            system.event_functions(at, &mut around[k]);
+            let point = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            system.event_functions(point, &mut around[k]);
         }
     }
 

@@ -52,9 +52,9 @@ impl<S: Solved> Simulation<'_, S> {
         let t = self.t + part * h;
         self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
         let u = self.drive.at(t, self.row.as_ref());
-        let at = Point { t, y: self.row.as_ref(), u, p, z: self.discrete.z() };
+        let point = Point { t, y: self.row.as_ref(), u, p, z: self.discrete.z() };
         let correction = &mut self.stepper.rhs;
-        system.rhs(at, correction.as_mut());
+        system.rhs(point, correction.as_mut());
         self.algebraic.keep_algebraic(correction.as_mut());
         self.stepper.factorisation.solve(correction.as_mut());
         let correction = self.stepper.rhs.as_mut();

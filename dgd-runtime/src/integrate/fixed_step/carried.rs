@@ -166,8 +166,8 @@ impl<S: Solved> Carried<S> for WithSensitivities<S> {
 
     #[inline(always)]
     fn slopes(&self, system: &S, at: Point<'_>, out: &mut Self) {
-        let at = Point { y: self.y.as_ref(), ..at };
-        system.sensitivity_rhs(at, self.s.as_ref(), out.y.as_mut(), out.s.as_mut());
+        let point = Point { y: self.y.as_ref(), ..at };
+        system.sensitivity_rhs(point, self.s.as_ref(), out.y.as_mut(), out.s.as_mut());
     }
 
     #[inline(always)]

@@ -102,10 +102,10 @@ pub fn choose_per_sample<S: Solved>(
     let mut first_error = None;
     for method in METHODS {
         let options = Options { method, ..*options };
-        let found = verify(problem, method)
+        let verified = verify(problem, method)
             .map_err(IntegrateError::PerSample)
             .and_then(|()| candidate(problem, times, &options));
-        match found {
+        match verified {
             Ok(choice) => {
                 let cost = cost(choice.method) * choice.steps.get();
                 if best.is_none_or(|(least, _)| cost < least) {

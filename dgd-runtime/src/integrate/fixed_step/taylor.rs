@@ -44,8 +44,8 @@ impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
     #[inline(always)]
     fn step(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C, next: &mut C) {
         let Equations { system, p, inputs } = equations;
-        let at = Point { t, y: now.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
-        self.expansion.compute(system, at, inputs.slope(), h, now.s());
+        let point = Point { t, y: now.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        self.expansion.compute(system, point, inputs.slope(), h, now.s());
         let (y, s) = next.parts_mut();
         self.expansion.sum(1.0, now.y(), y);
         if C::HAS_SENSITIVITIES {
@@ -63,9 +63,9 @@ impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
         }
         let t = made.t + made.h;
         let Equations { system, p, inputs } = equations;
-        let at = Point { t, y: made.to.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        let point = Point { t, y: made.to.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
         let slopes = YAndS { y: self.f.as_mut(), s: &mut self.g };
-        self.expansion.add_defects(system, at, 1.0, made.to.s(), slopes, YAndS { y, s });
+        self.expansion.add_defects(system, point, 1.0, made.to.s(), slopes, YAndS { y, s });
         0.0
     }
 

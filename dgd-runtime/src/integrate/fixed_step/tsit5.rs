@@ -58,16 +58,16 @@ impl<S: Solved, C: Carried<S>> Tsit5<S, C> {
         now.advanced::<I>(h, &TABLEAU.a[I], &self.k, &mut self.stage);
         let Equations { system, p, inputs } = equations;
         let t = t + TABLEAU.c[I] * h;
-        let at = Point { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
-        self.stage.slopes(system, at, &mut self.k[I]);
+        let point = Point { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        self.stage.slopes(system, point, &mut self.k[I]);
     }
 
     /// Sets one of the `k` to the slope at `x`.
     #[inline(always)]
     fn slopes<const I: usize>(&mut self, equations: Equations<'_, S>, t: f64, x: &C) {
         let Equations { system, p, inputs } = equations;
-        let at = Point { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
-        x.slopes(system, at, &mut self.k[I]);
+        let point = Point { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        x.slopes(system, point, &mut self.k[I]);
     }
 
     /// The seventh stage.

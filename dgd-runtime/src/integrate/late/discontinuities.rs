@@ -20,7 +20,7 @@ const SMOOTH: u32 = 2;
 /// The point at which a mark is reached is located to this fraction of the step.
 const NARROW: f64 = 1e-13;
 
-/// Fractions of a step, besides its end, at which variable delays are looked up.
+/// Fractions of a step, in addition to its end, at which variable delays are looked up.
 const LOOKS: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// Work space at discontinuities.
@@ -136,9 +136,9 @@ impl<S: Solved> Simulation<'_, S> {
         let (mut dtau, mut by_y) = (vec![0.0; n_tau * dt.len()], vec![0.0; n_tau * n]);
         let mut by_t = vec![0.0; n_tau];
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let s = d.s.as_ref();
-        system.varying_delay_sensitivities(at, udot, s, &mut dtau, &mut by_y, &mut by_t);
+        system.varying_delay_sensitivities(point, udot, s, &mut dtau, &mut by_y, &mut by_t);
         let along_y = ydot.as_ref().iter().enumerate().map(|(i, f)| by_y[i * n_tau + delay] * f);
         let rate = 1.0 - by_t[delay] - along_y.sum::<f64>();
         if !has_rates || rate == 0.0 || !rate.is_finite() {

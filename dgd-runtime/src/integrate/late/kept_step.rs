@@ -20,7 +20,7 @@ const SETTLED: f64 = 1e-2;
 const AHEAD: f64 = 1e-2;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Discards what the previous trial left, before a step is tried.
+    /// Discards the data of the previous trial, before a step is tried.
     #[inline]
     pub(in crate::integrate) fn forget_trial(&mut self) {
         if S::FEATURES.past
@@ -140,7 +140,8 @@ impl<S: Solved> Simulation<'_, S> {
         of_others.is_some_and(|history| history.watches(|unknown| mass[unknown] == 0.0))
     }
 
-    /// The same with rows between the ends moved onto their algebraic equations. The ends are those of the step.
+    /// [`Self::remember`] with rows between the ends projected onto their algebraic equations. The ends are those of
+    /// the step.
     fn remember_projected(&mut self, t_new: f64) {
         self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         self.begin_projection();

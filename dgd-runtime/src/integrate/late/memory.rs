@@ -1,4 +1,4 @@
-//! The state, besides its unknowns, that a run needs to continue another.
+//! The state, other than its unknowns, that a run needs to continue another.
 //!
 //! Sides of switches, chosen states, bounds of algebraic unknowns and conditions on time follow from the values at the
 //! time. The mode of a system, which of its conditions have been true all along, and whether a state is held by its
@@ -9,7 +9,7 @@ use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::{Discrete, Point};
 
-/// The state of a run at its end, besides its unknowns.
+/// The state of a run at its end, other than its unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Memory {
     z: Vec<f64>,
@@ -27,12 +27,12 @@ impl Memory {
 
 /// Positions of the unknowns that are at their bounds in the modes `z`.
 pub fn held_by_bounds(discrete: &Discrete, z: &[f64]) -> Vec<usize> {
-    let held = discrete
+    let remembered = discrete
         .automata
         .iter()
         .zip(z)
         .filter(|(automaton, z)| automaton.kind.is_bound() && **z != automaton.start as f64);
-    let mut bounded: Vec<usize> = held
+    let mut bounded: Vec<usize> = remembered
         .flat_map(|(automaton, _)| automaton.transitions.iter().flat_map(|of| of.resets.iter()))
         .copied()
         .collect();
@@ -76,8 +76,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
         let mut mass = self.algebraic.mass.clone();
         let u = self.drive.at(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: &[], u, p, z: &self.discrete.schedule.z };
-        system.mass(at, mass.as_mut());
+        let point = Point { t: self.t, y: &[], u, p, z: &self.discrete.schedule.z };
+        system.mass(point, mass.as_mut());
         self.algebraic.enter_modes(mass.as_ref());
     }
 

@@ -136,8 +136,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         let (u, z) = (self.drive.at(self.t, self.y.as_ref()), self.discrete.z());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z };
-        system.rhs(at, f.as_mut());
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z };
+        system.rhs(point, f.as_mut());
     }
 
     /// S⁺ = S⁻ + (f⁻ − f⁺) dt/dθ for differential unknowns; the others follow.

@@ -123,15 +123,15 @@ impl<S: Solved> Stepper<S> {
             let stage = if i == last { &mut self.y_new } else { &mut self.stage };
             extrapolate(y, h, earlier, &tableau.a[i], stage.as_mut());
             let t = t + tableau.c[i] * h;
-            let at = Point { t, y: stage.as_ref(), u: drive.at(t, stage.as_ref()), p, z };
+            let point = Point { t, y: stage.as_ref(), u: drive.at(t, stage.as_ref()), p, z };
             match &mut directions {
-                None => system.rhs(at, rest[0].as_mut()),
+                None => system.rhs(point, rest[0].as_mut()),
                 Some(d) => {
                     let (earlier, rest_v) = d.v.split_at_mut(i);
                     let stage = if i == last { &mut d.s_new } else { &mut d.stage };
                     extrapolate(d.s.as_ref(), h, earlier, &tableau.a[i], stage.as_mut());
                     let (f, g) = (rest[0].as_mut(), rest_v[0].as_mut());
-                    system.sensitivity_rhs(at, stage.as_ref(), f, g);
+                    system.sensitivity_rhs(point, stage.as_ref(), f, g);
                 }
             }
         }

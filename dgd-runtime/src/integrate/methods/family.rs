@@ -1,7 +1,7 @@
 //! The trait of families of methods, and the only place that distinguishes them.
 //!
-//! Families differ in what they need at the start of a step, in what they remember, and in the equations that they
-//! solve for its end ([`Traits`]):
+//! Families differ in their needs at the start of a step, in their memory of the previous one, and in the equations
+//! that they solve for its end ([`Traits`]):
 //!
 //! | family | needs at (t, y) | remembers from step to step | equations |
 //! |---|---|---|---|
@@ -22,10 +22,10 @@ use crate::problem::Problem;
 use crate::solution::Statistics;
 use crate::solved::Solved;
 
-/// What a family needs at the start of a step.
+/// The needs of a family at the start of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Needs {
-    /// Nothing beyond what it remembers.
+    /// Nothing but its memory.
     Nothing,
     /// J.
     Jacobian,
@@ -35,7 +35,7 @@ pub(crate) enum Needs {
     Series,
 }
 
-/// What a family remembers of the previous step.
+/// The memory of a family of the previous step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Remembers {
     /// Nothing.
@@ -215,7 +215,7 @@ pub(crate) trait Family: Copy {
     }
 
     /// Chooses the next step after a rejected one. Returns whether (t, y) itself may be the cause, rather than the step
-    /// size or what is remembered.
+    /// size or the memory.
     fn adapt_to_rejection<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,

@@ -116,9 +116,9 @@ impl<S: Solved> Stepper<S> {
         statistics: &mut Statistics,
     ) -> Result<(), Failed> {
         let (u, udot) = drive.with_slope(t, self.y_new.as_ref());
-        let at = Point { t, y: self.y_new.as_ref(), u, p: trial.base.p, z: trial.base.z };
+        let point = Point { t, y: self.y_new.as_ref(), u, p: trial.base.p, z: trial.base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
-        trial.base.system.linearize(at, udot, f, jacobian, dfdt);
+        trial.base.system.linearize(point, udot, f, jacobian, dfdt);
         statistics.linearizations += 1;
         self.moved = true;
         match f.iter().position(|f| !f.is_finite()) {
@@ -141,7 +141,7 @@ impl<S: Solved> Stepper<S> {
         let y = y.as_ref();
         let mut convergence = Convergence::new(tolerances, self.eta, most);
         loop {
-            let at = Point {
+            let point = Point {
                 t,
                 y: self.y_new.as_ref(),
                 u: drive.at(t, self.y_new.as_ref()),
@@ -149,7 +149,7 @@ impl<S: Solved> Stepper<S> {
                 z: base.z,
             };
             let r = self.rhs.as_mut();
-            base.system.rhs(at, r);
+            base.system.rhs(point, r);
             statistics.evaluations += 1;
             if let Some(row) = r.iter().position(|r| !r.is_finite()) {
                 return Err(Failed::NotFinite { t, what: NonFinite::Equation(row) });
@@ -237,7 +237,7 @@ impl<S: Solved> Stepper<S> {
         let n = y.len().max(1);
         let mut convergence = Convergence::new(tolerances, 1.0, MOST_LINEAR_ITERATIONS);
         loop {
-            let at = Point {
+            let point = Point {
                 t,
                 y: self.y_new.as_ref(),
                 u: drive.at(t, self.y_new.as_ref()),
@@ -245,7 +245,7 @@ impl<S: Solved> Stepper<S> {
                 z: base.z,
             };
             let r = d.rhs.as_mut();
-            base.system.sensitivity_rhs(at, d.s_new.as_ref(), self.rhs.as_mut(), r);
+            base.system.sensitivity_rhs(point, d.s_new.as_ref(), self.rhs.as_mut(), r);
             statistics.evaluations += 1;
             if let Some(row) = r.iter().position(|r| !r.is_finite()) {
                 return Err(Failed::NotFinite { t, what: NonFinite::Derivative(row % n) });

@@ -26,7 +26,7 @@ pub(crate) struct Stepper<S: Solved> {
     kind: MethodKind,
     pub(crate) traits: Traits,
     pub(in crate::integrate) factorisation: S::Factorisation,
-    /// f, ∂f/∂y and df/dt at the start of the step, as far as the family needs them.
+    /// f, ∂f/∂y and df/dt at the start of the step, those that the family needs.
     pub(crate) f: S::Vector,
     pub(crate) jacobian: S::Jacobian,
     pub(crate) dfdt: S::Vector,
@@ -211,7 +211,7 @@ impl<S: Solved> Stepper<S> {
         lu.factorise(c, differential, pattern, jacobian, Some(sizes))
     }
 
-    /// Discards what is known of the solution before (t, y), which is not smooth here.
+    /// Discards information about the solution before (t, y), which is not smooth here.
     #[inline]
     pub(crate) fn restart(&mut self) {
         self.fresh = true;
@@ -239,17 +239,17 @@ impl<S: Solved> Stepper<S> {
         directions: Option<(&mut Directions<S>, At)>,
     ) {
         let (u, udot) = drive.with_slope(base.t, y);
-        let at = Point { t: base.t, y, u, p: base.p, z: base.z };
+        let point = Point { t: base.t, y, u, p: base.p, z: base.z };
         let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
         match directions {
-            None => base.system.linearize(at, udot, f, jacobian, dfdt),
+            None => base.system.linearize(point, udot, f, jacobian, dfdt),
             Some((directions, place)) => {
                 let s = match place {
                     At::Start => &directions.s,
                     At::End => &directions.s_new,
                 };
                 base.system.sensitivity_linearize(
-                    at,
+                    point,
                     udot,
                     s.as_ref(),
                     f,

@@ -361,9 +361,9 @@ impl<S: Solved> Stepper<S> {
         directions: Option<&Directions<S>>,
     ) {
         let (u, udot) = drive.with_slope(base.t, y);
-        let at = Point { t: base.t, y, u, p: base.p, z: base.z };
+        let point = Point { t: base.t, y, u, p: base.p, z: base.z };
         let s = directions.map_or(&[][..], |directions| directions.s.as_ref());
-        self.expansion.compute(base.system, at, udot, h, s);
+        self.expansion.compute(base.system, point, udot, h, s);
     }
 
     /// Tries a step along the series at (t, y).
@@ -382,15 +382,22 @@ impl<S: Solved> Stepper<S> {
         if let Some(d) = directions {
             expansion.sum_sensitivities(theta, d.s.as_ref(), n, d.s_new.as_mut());
             expansion.sensitivity_error(theta, n, d.error.as_mut());
-            let at = end(trial, drive, y_new.as_ref());
+            let point = end(trial, drive, y_new.as_ref());
             let slopes = YAndS { y: rhs.as_mut(), s: d.rhs.as_mut() };
             let errors = YAndS { y: error.as_mut(), s: d.error.as_mut() };
-            expansion.add_defects(trial.base.system, at, theta, d.s_new.as_ref(), slopes, errors);
+            expansion.add_defects(
+                trial.base.system,
+                point,
+                theta,
+                d.s_new.as_ref(),
+                slopes,
+                errors,
+            );
         } else {
-            let at = end(trial, drive, y_new.as_ref());
+            let point = end(trial, drive, y_new.as_ref());
             let slopes = YAndS { y: rhs.as_mut(), s: &mut [] };
             let errors = YAndS { y: error.as_mut(), s: &mut [] };
-            expansion.add_defects(trial.base.system, at, theta, &[], slopes, errors);
+            expansion.add_defects(trial.base.system, point, theta, &[], slopes, errors);
         }
     }
 
@@ -455,8 +462,8 @@ pub(crate) fn verify<S: Solved>(
     system.taylor_series().map_err(|why| IntegrateError::NoTaylorSeries { method, why })?;
     // Series assume that inputs behave between samples as the model declares.
     let declared = system.signature().inputs.iter().enumerate();
-    let mut held = declared.filter(|(_, input)| input.interpolation == Interpolation::Hold);
-    match held.find(|(position, _)| inputs.has_slopes(*position)) {
+    let mut held_inputs = declared.filter(|(_, input)| input.interpolation == Interpolation::Hold);
+    match held_inputs.find(|(position, _)| inputs.has_slopes(*position)) {
         None => Ok(()),
         Some((_, input)) => {
             Err(IntegrateError::HeldInputMoves { method, input: input.name.to_string() })

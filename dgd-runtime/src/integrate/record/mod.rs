@@ -21,13 +21,13 @@ impl<S: Solved> Simulation<'_, S> {
         times: &[f64],
         solution: &mut Solution,
     ) {
-        let asked = &times[solution.times.len()..];
-        let (inside, at_end) = due(asked, t_new, stop);
+        let requested = &times[solution.times.len()..];
+        let (inside, at_end) = due(requested, t_new, stop);
         if inside + at_end == 0 {
             return;
         }
         if let Some(chosen) = self.chosen {
-            self.record_chosen(chosen, &asked[..inside], at_end, t_new, solution);
+            self.record_chosen(chosen, &requested[..inside], at_end, t_new, solution);
             return;
         }
 
@@ -35,7 +35,7 @@ impl<S: Solved> Simulation<'_, S> {
             self.begin_projection();
         }
         if inside > 0 {
-            self.record_inside(t_new, &asked[..inside], solution);
+            self.record_inside(t_new, &requested[..inside], solution);
         }
         for _ in 0..at_end {
             let (first, first_s) = (solution.y.len(), solution.s.len());
@@ -51,7 +51,7 @@ impl<S: Solved> Simulation<'_, S> {
                 solution.z.extend_from_slice(self.discrete.z());
             }
         }
-        solution.times.extend_from_slice(&asked[..inside + at_end]);
+        solution.times.extend_from_slice(&requested[..inside + at_end]);
         fill_undefined(solution);
     }
 

@@ -157,9 +157,9 @@ impl<S: Solved> Projection<S> {
         }
         y.copy_from_slice(self.kept.as_ref());
         let Rows { system, p, z, sizes, tolerances } = *rows;
-        let at = AlgebraicPoint { t, u: Here { drive, t }, p, z };
+        let point = AlgebraicPoint { t, u: Here { drive, t }, p, z };
         let jacobian = self.jacobian.as_mut();
-        let solved = algebraic.solve_nearby(system, at, y, jacobian, sizes, tolerances).is_ok();
+        let solved = algebraic.solve_nearby(system, point, y, jacobian, sizes, tolerances).is_ok();
         // An iteration that finds zero residuals does not factorise.
         let pattern = &system.signature().jacobian;
         self.is_factorised = solved && algebraic.factorise(pattern, jacobian, sizes).is_ok();
@@ -215,10 +215,10 @@ impl<S: Solved> Projection<S> {
     ) {
         let Rows { system, p, z, sizes, tolerances } = *rows;
         let (u, udot) = drive.with_slope(t, y);
-        let at = Point { t, y, u, p, z };
+        let point = Point { t, y, u, p, z };
         self.kept_s.copy_from_slice(row.s);
         if self.is_factorised
-            && self.correct_sensitivities(algebraic, system, tolerances, at, &mut row)
+            && self.correct_sensitivities(algebraic, system, tolerances, point, &mut row)
         {
             return;
         }
@@ -226,11 +226,11 @@ impl<S: Solved> Projection<S> {
         s.copy_from_slice(&self.kept_s);
         // The equations are linear, with the matrix at this row.
         let jacobian = self.jacobian.as_mut();
-        system.linearize(at, udot, self.f.as_mut(), jacobian, self.kept.as_mut());
+        system.linearize(point, udot, self.f.as_mut(), jacobian, self.kept.as_mut());
         let pattern = &system.signature().jacobian;
         self.is_factorised = algebraic.factorise(pattern, jacobian, sizes).is_ok();
         if self.is_factorised {
-            algebraic.make_sensitivities_consistent(system, at, s, work);
+            algebraic.make_sensitivities_consistent(system, point, s, work);
         }
         if !self.is_factorised || s.iter().any(|s| !s.is_finite()) {
             self.is_factorised = false;

@@ -53,48 +53,48 @@ pub fn consistent_start<S: Solved>(
     let mut z = discrete_numbers(system, problem.p, t);
     let mut u = S::Inputs::zeros(signature.n_u());
     u.as_mut().copy_from_slice(drive.at(t, y.as_ref()));
-    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
-    start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
+    let point = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
+    start_values(problem, point, y.as_mut()).map_err(IntegrateError::Initial)?;
     S::find_start(problem, t, options, y.as_mut(), None).map_err(IntegrateError::Initial)?;
-    let given = y.as_ref().to_vec();
+    let guesses = y.as_ref().to_vec();
     let mut e = vec![0.0; signature.discrete.transitions().count()];
-    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
-    choose_start_modes(system, at, &mut e, &mut z);
-    select_states(system, at, &mut z, &mut e);
-    choose_sides(system, at, &mut e, &mut z);
+    let point = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
+    choose_start_modes(system, point, &mut e, &mut z);
+    select_states(system, point, &mut z, &mut e);
+    choose_sides(system, point, &mut e, &mut z);
     let mut sizes = S::Vector::zeros(n);
     unknown_sizes(system, y.as_ref(), sizes.as_mut());
 
     let mut algebraic = Algebraic::new(system);
     let mut mass = S::Vector::zeros(n);
-    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
-    system.mass(at, mass.as_mut());
+    let point = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
+    system.mass(point, mass.as_mut());
     algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
     let mut pieces = Pieces::new(&signature.discrete, n);
     if !pieces.is_empty() && !algebraic.is_empty() {
-        let at = AlgebraicPoint { t, u: u.as_ref(), p: problem.p, z: &[] };
+        let point = AlgebraicPoint { t, u: u.as_ref(), p: problem.p, z: &[] };
         let weights = Weights { sizes: sizes.as_ref(), tolerances };
         let (y, jacobian) = (y.as_mut(), jacobian.as_mut());
         algebraic
-            .solve_pieces(system, &mut pieces, at, &mut z, y, jacobian, weights)
+            .solve_pieces(system, &mut pieces, point, &mut z, y, jacobian, weights)
             .map_err(IntegrateError::Initial)?;
     }
-    let at = AlgebraicPoint { t, u: Here { drive: &mut drive, t }, p: problem.p, z: &z };
+    let point = AlgebraicPoint { t, u: Here { drive: &mut drive, t }, p: problem.p, z: &z };
     algebraic
-        .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
+        .make_consistent(system, point, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;
 
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
     drive.begin_history(t, y.as_ref(), None, sizes.as_ref());
     let (u, udot) = drive.with_slope(t, y.as_ref());
-    let at = Point { t, y: y.as_ref(), u, p: problem.p, z: &z };
-    system.linearize(at, udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
-    let waiting = waiting(system, at, &mut e);
+    let point = Point { t, y: y.as_ref(), u, p: problem.p, z: &z };
+    system.linearize(point, udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+    let waiting = waiting(system, point, &mut e);
     algebraic
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref(), sizes.as_ref())
         .map_err(|Singular { row }| {
-            algebraic.singular(system, at, row, jacobian.as_ref(), sizes.as_ref())
+            algebraic.singular(system, point, row, jacobian.as_ref(), sizes.as_ref())
         })
         .map_err(IntegrateError::Initial)?;
     let is_off = |i: usize, given: f64| {
@@ -102,7 +102,7 @@ pub fn consistent_start<S: Solved>(
         let bearable = tolerances.rtol * y.abs().max(given.abs()) + tolerances.atol * size;
         mass.as_ref()[i] == 0.0 && (y - given).abs() > bearable
     };
-    let dropped = given.iter().copied().enumerate().filter(|(i, given)| is_off(*i, *given));
+    let dropped = guesses.iter().copied().enumerate().filter(|(i, given)| is_off(*i, *given));
     let dropped = dropped.collect();
     Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z, waiting, dropped })
 }

@@ -42,16 +42,16 @@ pub struct Dependent {
 pub fn dependent_equations<S: Solved>(system: &S, p: &[f64]) -> Vec<Dependent> {
     if !system.signature().unknowns.is_empty() && p.len() == system.signature().parameters.len() {
         let mut draws = Draws(0x9e37_79b9_7f4a_7c15);
-        let mut found: Vec<Vec<Dependent>> = Vec::new();
+        let mut dependents: Vec<Vec<Dependent>> = Vec::new();
         for point in 0..POINTS {
             match at_a_point(system, p, &mut draws, point) {
                 Looked::Nothing => {}
                 Looked::Regular => return Vec::new(),
-                Looked::Dependent(dependent) => found.push(dependent),
+                Looked::Dependent(dependent) => dependents.push(dependent),
             }
         }
-        if found.len() >= FEWEST {
-            return common(found);
+        if dependents.len() >= FEWEST {
+            return common(dependents);
         }
     }
     Vec::new()
@@ -60,9 +60,9 @@ pub fn dependent_equations<S: Solved>(system: &S, p: &[f64]) -> Vec<Dependent> {
 /// The sets that are dependent at all points.
 fn common(found: Vec<Vec<Dependent>>) -> Vec<Dependent> {
     let rows = |one: &Dependent| one.equations.iter().map(|(row, _)| *row).collect::<Vec<_>>();
-    let mut all = found.into_iter();
-    let Some(mut first) = all.next() else { return Vec::new() };
-    for other in all {
+    let mut remaining = found.into_iter();
+    let Some(mut first) = remaining.next() else { return Vec::new() };
+    for other in remaining {
         first.retain_mut(|one| {
             let Some(same) = other.iter().find(|same| rows(same) == rows(one)) else {
                 return false;
@@ -112,14 +112,14 @@ fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize)
         };
         *y += moved * size;
     }
-    let at = Point { t: 0.0, y: &y, u: &u, p, z: &[] };
+    let at_draw = Point { t: 0.0, y: &y, u: &u, p, z: &[] };
     let mut e = vec![0.0; signature.discrete.transitions().count()];
-    choose_start_modes(system, at, &mut e, &mut z);
-    select_states(system, at, &mut z, &mut e);
-    choose_sides(system, at, &mut e, &mut z);
-    let at = Point { z: &z, ..at };
+    choose_start_modes(system, at_draw, &mut e, &mut z);
+    select_states(system, at_draw, &mut z, &mut e);
+    choose_sides(system, at_draw, &mut e, &mut z);
+    let point = Point { z: &z, ..at_draw };
     let mut mass = S::Vector::zeros(n);
-    system.mass(at, mass.as_mut());
+    system.mass(point, mass.as_mut());
     let algebraic: Vec<usize> = (0..n).filter(|i| mass.as_ref()[*i] == 0.0).collect();
     if algebraic.is_empty() {
         return Looked::Regular;
@@ -130,7 +130,7 @@ fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize)
     let udot = vec![0.0; signature.n_u()];
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
-    system.linearize(at, &udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+    system.linearize(point, &udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
     let mut place = vec![None; n];
     for (k, i) in algebraic.iter().enumerate() {
         place[*i] = Some(k);

@@ -35,7 +35,7 @@ const SINGULAR: f64 = 1e-12;
 /// Maximum number of times that the modes at the start are chosen.
 const MOST_CHOICES: usize = 8;
 
-/// Writes start values that satisfy the start equations into `y`, and what they change by with θ into `s`.
+/// Writes start values that satisfy the start equations into `y`, and their derivatives with respect to θ into `s`.
 ///
 /// # Errors
 ///
@@ -54,26 +54,26 @@ pub(crate) fn start_by_equations<S: Solved>(
     let segment = inputs.segment(inputs.segment_at(t, Side::Right));
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
     let mut drive = Drive::new(&read, segment, t, 0, tolerances);
-    let mut found = vec![0.0; y.len()];
-    let at = Point { t, y: &[], u: drive.at(t, &found), p, z: &[] };
-    start_values(problem, at, &mut found)?;
-    // What holds may depend on modes, and these on what is found.
+    let mut start = vec![0.0; y.len()];
+    let point = Point { t, y: &[], u: drive.at(t, &start), p, z: &[] };
+    start_values(problem, point, &mut start)?;
+    // Active equations may depend on modes, and these on the start values found.
     let mut before: Option<Vec<f64>> = None;
     for _ in 0..MOST_CHOICES {
         let mut z = discrete_numbers(system, p, t);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
-        let at = Point { t, y: &found, u: drive.at(t, &found), p, z: &[] };
-        choose_start_modes(system, at, &mut e, &mut z);
-        choose_sides(system, at, &mut e, &mut z);
+        let point = Point { t, y: &start, u: drive.at(t, &start), p, z: &[] };
+        choose_start_modes(system, point, &mut e, &mut z);
+        choose_sides(system, point, &mut e, &mut z);
         let mut search = Search::new(problem, &mut drive, t, &z);
         if before.as_ref() == Some(&z) {
-            y.copy_from_slice(&found);
+            y.copy_from_slice(&start);
             return match s {
                 Some(s) => search.sensitivities(y, s).map_err(no_start),
                 None => Ok(()),
             };
         }
-        search.solve(&mut found).map_err(no_start)?;
+        search.solve(&mut start).map_err(no_start)?;
         before = Some(z);
     }
     Err(no_start("the modes at the start change with what is found".to_owned()))
@@ -91,7 +91,7 @@ struct Search<'a, 'b, S: Solved> {
     count: usize,
 }
 
-/// Residuals and their derivatives to what is found, and to θ.
+/// Residuals and their derivatives with respect to the sought start values, and to θ.
 struct Linear {
     left: DVector<f64>,
     matrix: DMatrix<f64>,
@@ -103,15 +103,15 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         let n = signature.unknowns.len();
         let mut mass = vec![0.0; n];
         let nothing = vec![0.0; n];
-        let at = Point { t, y: &[], u: drive.at(t, &nothing), p: problem.p, z };
-        problem.system.mass(at, &mut mass);
+        let point = Point { t, y: &[], u: drive.at(t, &nothing), p: problem.p, z };
+        problem.system.mass(point, &mut mass);
         let states = signature.start_equations.iter().map(|equation| equation.unknown);
         let algebraic = (0..n).filter(|i| mass[*i] == 0.0);
         let wanted = states.chain(algebraic).collect();
         Search { problem, drive, t, z, wanted, count: signature.start_equations.len() }
     }
 
-    /// Solves for what is found, from what `y` holds.
+    /// Solves for the sought start values, starting from those in `y`.
     fn solve(&mut self, y: &mut [f64]) -> Result<(), String> {
         let mut sizes = vec![0.0; y.len()];
         unknown_sizes(self.problem.system, y, &mut sizes);
@@ -151,39 +151,40 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         Err(self.not_met(&left, &vec![1.0; left.len()], &from))
     }
 
-    /// The sensitivities of what is found, in the place of those that `s` holds.
+    /// Replaces the sensitivities of the sought start values in `s`.
     fn sensitivities(&mut self, y: &[f64], s: &mut [f64]) -> Result<(), String> {
         let system = self.problem.system;
         let signature = system.signature();
         let (n, n_s) = (y.len(), signature.directions.len());
-        let at =
+        let point =
             Point { t: self.t, y: &[], u: self.drive.at(self.t, y), p: self.problem.p, z: self.z };
-        self.problem.start_sensitivities(at, s);
+        self.problem.start_sensitivities(point, s);
         for column in s.chunks_exact_mut(n) {
             for i in &self.wanted {
                 column[*i] = 0.0;
             }
         }
-        let at = Point { t: self.t, y, u: self.drive.at(self.t, y), p: self.problem.p, z: self.z };
+        let point =
+            Point { t: self.t, y, u: self.drive.at(self.t, y), p: self.problem.p, z: self.z };
         let (mut drest, mut drestdy) = (vec![0.0; self.count * n_s], vec![0.0; self.count * n]);
-        system.start_equation_sensitivities(at, s, &mut drest, &mut drestdy);
+        system.start_equation_sensitivities(point, s, &mut drest, &mut drestdy);
         let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * n_s]);
-        system.sensitivity_rhs(at, s, &mut f, &mut g);
+        system.sensitivity_rhs(point, s, &mut f, &mut g);
         let Linear { mut matrix, .. } = self.linear(y)?;
         let mut sizes = vec![0.0; n];
         unknown_sizes(system, y, &mut sizes);
         let sizes: Vec<f64> = self.wanted.iter().map(|i| sizes[*i]).collect();
         let scales = scaled(&mut matrix, &sizes);
         let right = DMatrix::from_fn(self.wanted.len(), n_s, |row, j| {
-            let own = match row.checked_sub(self.count) {
+            let derivative = match row.checked_sub(self.count) {
                 None => drest[j * self.count + row],
                 Some(_) => g[j * n + self.wanted[row]],
             };
-            -own / scales[row]
+            -derivative / scales[row]
         });
         for j in 0..n_s {
-            let found = self.solved(matrix.clone(), right.column(j).into_owned())?;
-            for ((i, value), size) in self.wanted.iter().zip(found.iter()).zip(&sizes) {
+            let column = self.solved(matrix.clone(), right.column(j).into_owned())?;
+            for ((i, value), size) in self.wanted.iter().zip(column.iter()).zip(&sizes) {
                 s[j * n + i] = value * size;
             }
         }
@@ -194,32 +195,32 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         }
     }
 
-    /// What start equations and algebraic equations leave; `None` where that is not finite.
+    /// Residuals of start equations and algebraic equations; `None` if they are not finite.
     fn residuals(&mut self, y: &[f64]) -> Option<DVector<f64>> {
         let (p, z, t) = (self.problem.p, self.z, self.t);
-        let at = Point { t, y, u: self.drive.at(t, y), p, z };
+        let point = Point { t, y, u: self.drive.at(t, y), p, z };
         let (mut rest, mut f) = (vec![0.0; self.count], vec![0.0; y.len()]);
-        self.problem.system.start_equations(at, &mut rest);
-        self.problem.system.rhs(at, &mut f);
+        self.problem.system.start_equations(point, &mut rest);
+        self.problem.system.rhs(point, &mut f);
         let algebraic = self.wanted[self.count..].iter().map(|i| f[*i]);
         let left = DVector::from_iterator(self.wanted.len(), rest.into_iter().chain(algebraic));
         left.iter().all(|value| value.is_finite()).then_some(left)
     }
 
-    /// Residuals, and their derivatives to what is found.
+    /// Residuals, and their derivatives with respect to the sought start values.
     fn linear(&mut self, y: &[f64]) -> Result<Linear, String> {
         let signature = self.problem.system.signature();
         let (n, n_s) = (y.len(), signature.directions.len());
         let left = self.residuals(y).ok_or("an equation is not finite there")?;
         let (p, z, t) = (self.problem.p, self.z, self.t);
-        let at = Point { t, y, u: self.drive.at(t, y), p, z };
+        let point = Point { t, y, u: self.drive.at(t, y), p, z };
         let (none, mut drest) = (vec![0.0; n * n_s], vec![0.0; self.count * n_s]);
         let mut drestdy = vec![0.0; self.count * n];
-        self.problem.system.start_equation_sensitivities(at, &none, &mut drest, &mut drestdy);
+        self.problem.system.start_equation_sensitivities(point, &none, &mut drest, &mut drestdy);
         let still = S::Inputs::zeros(signature.n_u());
         let (mut f, mut dfdt) = (vec![0.0; n], vec![0.0; n]);
         let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
-        self.problem.system.linearize(at, still.as_ref(), &mut f, jacobian.as_mut(), &mut dfdt);
+        self.problem.system.linearize(point, still.as_ref(), &mut f, jacobian.as_mut(), &mut dfdt);
         let mut place = vec![None; n];
         for (k, i) in self.wanted.iter().enumerate() {
             place[*i] = Some(k);

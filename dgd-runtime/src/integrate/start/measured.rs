@@ -45,11 +45,12 @@ pub fn start_from_outputs<S: Solved>(
     let system = problem.system;
     let signature = system.signature();
     let n = signature.unknowns.len();
-    let seen: Vec<usize> = (0..measured.len()).filter(|i| measured[*i].is_some()).collect();
+    let outputs: Vec<usize> = (0..measured.len()).filter(|i| measured[*i].is_some()).collect();
 
-    let mut found = consistent_start(problem, t, options).map_err(MeasuredStartError::Start)?;
+    let mut consistent =
+        consistent_start(problem, t, options).map_err(MeasuredStartError::Start)?;
     let mut sizes = vec![0.0; n];
-    unknown_sizes(system, &found.y, &mut sizes);
+    unknown_sizes(system, &consistent.y, &mut sizes);
     let inputs =
         problem.inputs_read().map_err(|e| MeasuredStartError::Start(IntegrateError::Inputs(e)))?;
     let read = Problem { inputs: &inputs, ..*problem };
@@ -59,25 +60,26 @@ pub fn start_from_outputs<S: Solved>(
 
     let mut w = vec![0.0; signature.outputs.len()];
     for _ in 0..MOST_ITERATIONS {
-        let ConsistentStart { y, z, .. } = &found;
-        let at = Point { t, y, u: drive.at(t, y), p: problem.p, z };
+        let ConsistentStart { y, z, .. } = &consistent;
+        let point = Point { t, y, u: drive.at(t, y), p: problem.p, z };
         let mut mass = vec![0.0; n];
-        system.mass(at, &mut mass);
+        system.mass(point, &mut mass);
         let (differential, algebraic): (Vec<usize>, Vec<usize>) =
             (0..n).partition(|i| mass[*i] != 0.0);
-        if differential.is_empty() || seen.is_empty() {
+        if differential.is_empty() || outputs.is_empty() {
             // There are no unknowns to find or no measurements: the model's start applies.
             return Ok(Vec::new());
         }
-        system.outputs(at, &mut w);
-        let slopes = output_slopes(system, at, &differential, &algebraic)
+        system.outputs(point, &mut w);
+        let slopes = output_slopes(system, point, &differential, &algebraic)
             .ok_or(MeasuredStartError::Undetermined { t })?;
         // Rows are divided by the noise, columns multiplied by the size.
-        let g = DMatrix::from_fn(seen.len(), differential.len(), |row, column| {
-            slopes[(seen[row], column)] * sizes[differential[column]] / noise[seen[row]]
+        let g = DMatrix::from_fn(outputs.len(), differential.len(), |row, column| {
+            slopes[(outputs[row], column)] * sizes[differential[column]] / noise[outputs[row]]
         });
-        let rest = DVector::from_fn(seen.len(), |row, _| {
-            (measured[seen[row]].unwrap_or(w[seen[row]]) - w[seen[row]]) / noise[seen[row]]
+        let rest = DVector::from_fn(outputs.len(), |row, _| {
+            (measured[outputs[row]].unwrap_or(w[outputs[row]]) - w[outputs[row]])
+                / noise[outputs[row]]
         });
         let svd = g.svd(true, true);
         let cutoff = svd.singular_values.max() * UNSEEN;
@@ -99,7 +101,7 @@ pub fn start_from_outputs<S: Solved>(
         let guess = algebraic.iter().map(|i| (*i, y[*i]));
         let start: Vec<(usize, f64)> = start.into_iter().chain(guess).collect();
         let next = Problem { start: &start, ..*problem };
-        found = consistent_start(&next, t, options).map_err(MeasuredStartError::Start)?;
+        consistent = consistent_start(&next, t, options).map_err(MeasuredStartError::Start)?;
     }
     Err(MeasuredStartError::NotConverged { t, iterations: MOST_ITERATIONS })
 }
@@ -139,8 +141,8 @@ fn output_slopes<S: Solved>(
     let mut sizes = vec![0.0; n];
     unknown_sizes(system, at.y, &mut sizes);
     let sizes: Vec<f64> = algebraic.iter().map(|i| sizes[*i]).collect();
-    let own = FullLu::new(f_a.select_columns(algebraic), &sizes);
-    let response = own.solve(&f_a.select_columns(differential))?;
+    let factors = FullLu::new(f_a.select_columns(algebraic), &sizes);
+    let response = factors.solve(&f_a.select_columns(differential))?;
     Some(of_differential - w_y.select_columns(algebraic) * response)
 }
 

@@ -30,8 +30,8 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let n = self.y.as_ref().len();
         let u = self.drive.at(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
-        start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
+        let point = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
+        start_values(self.problem, point, self.y.as_mut()).map_err(IntegrateError::Initial)?;
         let is_found = self.resumed.is_none() && system.signature().start_is_found();
         if is_found {
             let options = Options {
@@ -45,7 +45,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
         if let Some(d) = &mut self.directions {
-            self.problem.start_sensitivities(at, d.s.as_mut());
+            self.problem.start_sensitivities(point, d.s.as_mut());
             let directions = &system.signature().directions;
             if is_found {
                 let mut y = self.y.as_ref().to_vec();
@@ -120,7 +120,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
         let Problem { system, p, .. } = *self.problem;
         self.drive.free_delays(true);
-        let at = AlgebraicPoint {
+        let point = AlgebraicPoint {
             t: self.t,
             u: Here { drive: &mut self.drive, t: self.t },
             p,
@@ -128,7 +128,7 @@ impl<S: Solved> Simulation<'_, S> {
         };
         let made = self.algebraic.make_consistent(
             system,
-            at,
+            point,
             self.y.as_mut(),
             self.stepper.jacobian.as_mut(),
             self.sizes.as_ref(),
@@ -170,9 +170,9 @@ impl<S: Solved> Simulation<'_, S> {
             self.end_sensitivities(self.t, row, solution);
         } else {
             let u = self.drive.at(self.t, self.y.as_ref());
-            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+            let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
-            self.algebraic.make_sensitivities_consistent(system, at, s, g);
+            self.algebraic.make_sensitivities_consistent(system, point, s, g);
         }
     }
 
@@ -188,9 +188,9 @@ impl<S: Solved> Simulation<'_, S> {
         for _ in 0..MOST_CORRECTIONS {
             let Some(d) = &mut self.directions else { return };
             let u = self.drive.at(self.t, self.y.as_ref());
-            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+            let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
-            self.algebraic.correct_sensitivities(system, at, s, g);
+            self.algebraic.correct_sensitivities(system, point, s, g);
             let Some(history) = &mut self.drive.history else { return };
             history.begin_sensitivities(self.y.as_ref(), s);
             let (sizes, atol) = (d.sizes.as_ref(), self.tolerances.atol);

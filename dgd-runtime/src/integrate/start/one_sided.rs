@@ -1,4 +1,4 @@
-//! What derivatives are worth at the start: those of a solution that begins on a threshold are one-sided.
+//! Validity of derivatives at the start: those of a solution that begins on a threshold are one-sided.
 //!
 //! On e(t₀, y₀, p) = 0 with ∂e/∂θ ≠ 0, a change of θ in one direction leaves the threshold behind, one in the other
 //! puts it ahead. S is the derivative on the side that the run takes. Where only slopes jump, both sides agree if the
@@ -12,7 +12,7 @@ use crate::system::{Direction, Point, Signature, Trigger};
 
 /// Event functions below this fraction of their terms are zero to rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// The name of what has none.
+/// The name for conditions without one.
 const ON_TIME: &str = "a condition on time";
 
 impl<S: Solved> Simulation<'_, S> {
@@ -47,8 +47,8 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let (mut times, mut after) = (vec![0.0; n], vec![0.0; n]);
-        let at = Point { t: self.t, y: &[], u: &[], p, z: self.discrete.z() };
-        system.condition_times(at, &mut times, &mut after);
+        let point = Point { t: self.t, y: &[], u: &[], p, z: self.discrete.z() };
+        system.condition_times(point, &mut times, &mut after);
         let columns = self.discrete.dtimes().chunks_exact(n);
         for clock in system.signature().discrete.clocks.iter() {
             // Its period.
@@ -80,20 +80,20 @@ impl<S: Solved> Simulation<'_, S> {
         };
         let mut along = vec![0.0; signature.directions.len()];
         for (k, (automaton, transition)) in discrete.transitions().enumerate() {
-            let of = &discrete.automata[automaton];
+            let automaton_declared = &discrete.automata[automaton];
             let is_threshold = matches!(transition.trigger, Trigger::Level | Trigger::Edge)
                 && self.discrete.is_event(automaton)
                 && self.discrete.is_active(automaton, transition.from)
-                && !of.kind.ends_runs()
+                && !automaton_declared.kind.ends_runs()
                 && self.discrete.e[k].abs() <= ROUNDING * terms[k];
             let moves_off = self.event_rate(k).0.abs() > ROUNDING * rates[k];
-            if !is_threshold || (of.kind.keeps_slopes() && moves_off) {
+            if !is_threshold || (automaton_declared.kind.keeps_slopes() && moves_off) {
                 continue;
             }
             self.event_along_directions(k, &mut along);
             let moves = |j: &usize| along[*j].abs() * size_of(*j) > ROUNDING * terms[k];
             let moving = (0..signature.directions.len()).filter(moves).collect();
-            add(solution, signature, self.t, &of.name, moving);
+            add(solution, signature, self.t, &automaton_declared.name, moving);
         }
     }
 }

@@ -59,14 +59,14 @@ impl<S: Solved> Simulation<'_, S> {
         let discrete = &system.signature().discrete;
         let n_e = discrete.transitions().count();
         let z = self.discrete.z().to_vec();
-        let mut at = |t: f64, y: &[f64]| {
+        let mut evaluate = |t: f64, y: &[f64]| {
             let mut e = vec![0.0; n_e];
-            let at = Point { t, y, u: self.drive.at(t, y), p, z: &z };
-            system.event_functions(at, &mut e);
+            let point = Point { t, y, u: self.drive.at(t, y), p, z: &z };
+            system.event_functions(point, &mut e);
             e
         };
-        let before = at(self.t, self.y.as_ref());
-        let after = at(self.t + h, self.stepper.y_new.as_ref());
+        let before = evaluate(self.t, self.y.as_ref());
+        let after = evaluate(self.t + h, self.stepper.y_new.as_ref());
         let passes = |k: usize| before[k] * after[k] <= 0.0 && before[k] != after[k];
         let mut transitions = discrete.transitions().enumerate();
         let (_, (automaton, _)) = transitions.find(|(k, (automaton, transition))| {
@@ -100,9 +100,9 @@ impl<S: Solved> Simulation<'_, S> {
         let equation = signature.equations.at(row).to_string();
         let unknown = signature.unknowns.name(row).to_string();
         let u = self.drive.at(self.t, self.y.as_ref());
-        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
-        let values = readings(system, at, row);
-        let end = domain_end(system, at, row, self.sizes.as_ref()).map(Box::new);
+        let point = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let values = readings(system, point, row);
+        let end = domain_end(system, point, row, self.sizes.as_ref()).map(Box::new);
         IntegrateError::NotFinite { t, equation, unknown, what, values, end }
     }
 
@@ -130,7 +130,7 @@ impl<S: Solved> Simulation<'_, S> {
             let name = signature.equations.at(row).to_string();
             automata.iter().any(|automaton| automaton.kind.has_surface() && *automaton.name == name)
         };
-        // What the model itself declares comes first.
+        // Declarations of the model itself come first.
         let row = rows.min_by_key(|row| slides(*row)).unwrap_or(0);
         let (equation, slides) = (signature.equations.at(row).to_string(), slides(row));
         IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, equation, slides }

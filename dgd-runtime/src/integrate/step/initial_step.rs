@@ -20,8 +20,8 @@ impl<S: Solved> Simulation<'_, S> {
     ///   ÿ = ∂f/∂y f + df/dt,   λ = ‖ÿ‖ / ‖ẏ‖,   e ≈ C (h λ)^k ‖ẏ‖ / λ
     /// ```
     ///
-    /// After inputs jump, a step may be so much longer than the new transient that its error says nothing about the
-    /// right size: the error estimate of a stiff method does not grow like h^k there.
+    /// After a jump of inputs, a step may be so much longer than the new transient that its error gives no information
+    /// about the right size: the error estimate of a stiff method does not grow like h^k there.
     pub(in crate::integrate) fn transient_step(&mut self) -> f64 {
         if !self.algebraic.is_empty() || !self.stepper.traits.wants_all_derivatives() {
             return f64::INFINITY;
@@ -60,21 +60,21 @@ impl<S: Solved> Simulation<'_, S> {
         let slope_new = &mut self.stepper.y_new;
         let u = self.drive.at(self.t, y);
         let z = self.discrete.z();
-        let at = Point { t: self.t, y, u, p, z };
+        let point = Point { t: self.t, y, u, p, z };
         let (mut d0, mut d1) = (size(y), 0.0_f64);
         if let Some(d) = &mut self.directions {
-            system.sensitivity_rhs(at, d.s.as_ref(), slope.as_mut(), d.g.as_mut());
+            system.sensitivity_rhs(point, d.s.as_ref(), slope.as_mut(), d.g.as_mut());
             for column in d.g.as_mut().chunks_exact_mut(n) {
                 multiply(column, mass);
             }
-            let of = |values: &[f64]| {
+            let norm = |values: &[f64]| {
                 let s = d.s.as_ref();
                 largest_block(tolerances, n, values, s, s, d.sizes.as_ref())
             };
-            d0 = d0.max(of(d.s.as_ref()));
-            d1 = of(d.g.as_ref());
+            d0 = d0.max(norm(d.s.as_ref()));
+            d1 = norm(d.g.as_ref());
         } else {
-            system.rhs(at, slope.as_mut());
+            system.rhs(point, slope.as_mut());
         }
         multiply(slope.as_mut(), mass);
         d1 = d1.max(size(slope.as_ref())).sqrt();
@@ -87,14 +87,14 @@ impl<S: Solved> Simulation<'_, S> {
             *euler = y + h0 * slope;
         }
         let u = self.drive.at(self.t + h0, euler);
-        let at = Point { t: self.t + h0, y: euler, u, p, z };
+        let point = Point { t: self.t + h0, y: euler, u, p, z };
         let mut change = 0.0_f64;
         if let Some(d) = &mut self.directions {
             for ((euler, s), g) in d.s_new.as_mut().iter_mut().zip(d.s.as_ref()).zip(d.g.as_ref()) {
                 *euler = s + h0 * g;
             }
             let row = self.sensitivity_row.get_or_insert_with(|| d.s.clone());
-            system.sensitivity_rhs(at, d.s_new.as_ref(), slope_new.as_mut(), row.as_mut());
+            system.sensitivity_rhs(point, d.s_new.as_ref(), slope_new.as_mut(), row.as_mut());
             for column in row.as_mut().chunks_exact_mut(n) {
                 multiply(column, mass);
             }
@@ -104,7 +104,7 @@ impl<S: Solved> Simulation<'_, S> {
             let s = d.s.as_ref();
             change = largest_block(tolerances, n, row.as_ref(), s, s, d.sizes.as_ref());
         } else {
-            system.rhs(at, slope_new.as_mut());
+            system.rhs(point, slope_new.as_mut());
         }
         multiply(slope_new.as_mut(), mass);
         for (new, old) in slope_new.as_mut().iter_mut().zip(slope.as_ref()) {

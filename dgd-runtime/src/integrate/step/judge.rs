@@ -25,7 +25,7 @@ impl Tried {
     }
 }
 
-/// What to do with a step.
+/// The decision about a step.
 pub(super) enum Verdict {
     /// Its error is within the tolerance.
     Accept,

@@ -1,4 +1,4 @@
-//! Computes what a step needs at its start: slopes, a linearisation, or a series.
+//! Computes the data that a step needs at its start: slopes, a linearisation, or a series.
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;

@@ -1,10 +1,9 @@
 //! Whether an expression is smooth, has a corner or jumps where a switch changes.
 //!
-//! A switch changes on the surface e = 0. With A and B the expression as it is where e > 0 and where
-//! e < 0, it is smooth if A = B and ∂A/∂v = ∂B/∂v on the surface for a symbol v that e
-//! depends on: along the surface all derivatives agree where values do. Whether a difference is
-//! identically zero is tried at points of the surface drawn with a fixed seed: at a random point, v
-//! is moved until e = 0. The difference there is compared with those off the surface. `q*abs(q)` is
+//! A switch changes on the surface e = 0. Let A and B be the expression on the sides e > 0 and e < 0. It is smooth if A
+//! = B and ∂A/∂v = ∂B/∂v on the surface for a symbol v that e depends on: along the surface all derivatives agree where
+//! values do. Differences are tested for being identically zero at points of the surface drawn with a fixed seed: at a
+//! random point, v is moved until e = 0, and the difference there is compared with those off the surface. `q*abs(q)` is
 //! smooth, `abs(q)` has a corner, `sign(q)` jumps.
 
 mod point;
@@ -17,21 +16,21 @@ use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol, Tape};
 
-/// How an expression passes a surface, from best to worst.
+/// Continuity of an expression across a surface, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Passage {
-    /// With the same value and slope.
+    /// Value and slope are continuous.
     Smooth,
-    /// With the same value and another slope.
+    /// The value is continuous, the slope jumps.
     Corner,
-    /// With another value.
+    /// The value jumps.
     Jump,
 }
 
-/// What a node is on the side of a surface where e > 0, if it is a switch of it: 1 or −1.
+/// Value of a switch, by its node, on the side e > 0 of its surface: 1 or −1.
 pub(super) type Signs = HashMap<ExprId, f64>;
 
-/// The root as it is where e > 0 (side 1) or e < 0 (side −1).
+/// The root on the side e > 0 (side 1) or e < 0 (side −1).
 pub(super) fn on_side(graph: &mut Graph, root: ExprId, signs: &Signs, side: f64) -> ExprId {
     let mut built: HashMap<ExprId, ExprId> = HashMap::default();
     for (id, node) in graph.listed([root]) {
@@ -57,11 +56,11 @@ pub(super) fn is_greater(comparison: Comparison) -> bool {
     matches!(comparison, Comparison::Greater | Comparison::GreaterEqual)
 }
 
-/// How an expression passes where `surface` is zero. The graph is thrown away afterwards.
+/// Continuity of an expression across `surface` = 0. The graph is discarded afterwards.
 ///
-/// Another condition may hide a jump at random points, so points are tried until each condition has
-/// been met both ways. A condition that has not is then assumed to hold the other way, unless the
-/// surface itself decides it, as x = 0 decides x < p for a positive parameter.
+/// Another condition may hide a jump at random points, so points are tried until each condition has been both true and
+/// false. A condition that has not is then assumed to take the other value, unless the surface itself decides it, as x
+/// = 0 decides x < p for a positive parameter.
 pub(super) fn passage(
     graph: &mut Graph,
     sizes: &Sizes,
@@ -74,7 +73,7 @@ pub(super) fn passage(
         return Passage::Smooth;
     }
     let mut comparison = Sides::new(graph, sizes, surface);
-    let mut found = comparison.compare(sides, true);
+    let mut passage = comparison.compare(sides, true);
     let on_surface = comparison.graph.symbols(surface);
     let unmet: Vec<(ExprId, bool)> = comparison
         .met
@@ -103,18 +102,18 @@ pub(super) fn passage(
         let replaced = graph.replace(sides, &truths);
         let sides = sides.map(|side| replaced[&side]);
         if sides[0] != sides[1] {
-            found = found.max(comparison.compare(sides, false));
+            passage = passage.max(comparison.compare(sides, false));
         }
         if unmet.len() == 1 {
             break;
         }
     }
-    // A value that cannot be evaluated anywhere nearby is left to error control. Where no point was found at which time
-    // or inputs alone change the condition, as with a short peak of a table, the value may jump there.
+    // A value that cannot be evaluated anywhere nearby is left to error control. If time or inputs alone change the
+    // condition and no such point was found, as with a short peak of a table, the value may jump there.
     let is_of_unknown =
         |symbol: &Symbol| symbol.is_of_unknown() || matches!(symbol, Symbol::DelayedUnknown(_));
     let moves_by_itself = !on_surface.iter().any(is_of_unknown);
-    found.unwrap_or(if moves_by_itself { Passage::Jump } else { Passage::Corner })
+    passage.unwrap_or(if moves_by_itself { Passage::Jump } else { Passage::Corner })
 }
 
 fn is_sign(node: Node) -> bool {

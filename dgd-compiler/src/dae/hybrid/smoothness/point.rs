@@ -1,37 +1,37 @@
-//! Points of random numbers, as large as symbols are, and how they are moved to where a condition changes.
+//! Random points, scaled by the sizes of symbols, and moving them to where a condition changes.
 
 use crate::dae::{AutomatonKind, Dae, DelayedUnknown, position};
 use crate::expr::{Symbol, Tape};
 use crate::model::Model;
 
-/// How far beside the thresholds of other conditions points are drawn, in sizes.
+/// Distance from the thresholds of other conditions at which points are drawn, relative to the size.
 const BESIDE: f64 = 0.3;
-/// Steps of Newton's method to a surface.
+/// Newton steps to a surface.
 const MOST_NEWTON: usize = 50;
-/// How near and how far changes of a sign are looked for, in the size of the symbol.
+/// Nearest and farthest changes of sign searched for, relative to the size of the symbol.
 const NEAREST: f64 = 1e-3;
 const MOST_DOUBLINGS: i32 = 40;
-/// What is counted is drawn from so many on both sides of zero.
+/// Counts are drawn from this range on both sides of zero.
 const COUNTED: f64 = 3.0;
-/// Where random numbers begin.
+/// Seed of the random numbers.
 const SEED: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// Where a condition changes, e = 0: for each symbol v, e and ∂e/∂v.
+/// The threshold e = 0 of a condition: for each symbol v, e and ∂e/∂v.
 pub(super) struct Threshold {
     pub(super) slopes: Vec<(Symbol, Tape<2>)>,
 }
 
-/// What sizes symbols have.
+/// Sizes of symbols.
 pub(in super::super) struct Sizes {
     parameters: Vec<f64>,
     unknowns: Vec<f64>,
-    /// Of declared inputs, then of those that arrive late.
+    /// Those of declared inputs, then those of delayed ones.
     inputs: Vec<f64>,
-    /// Of delayed unknowns.
+    /// Those of delayed unknowns.
     late: Vec<f64>,
     /// For each array, its first element and their size.
     arrays: Vec<(u32, f64)>,
-    /// For each discrete number, how many values it has; none where it counts.
+    /// For each discrete number, its number of values; none for counts.
     modes: Vec<Option<usize>>,
 }
 
@@ -59,7 +59,7 @@ impl Sizes {
             let start = model.graph.evaluate(x.start, &at_start);
             (array.first, size(x.nominal, start, x.declared.unit.factor))
         });
-        // A temperature in °C is about 273 K.
+        // A temperature in °C has a size of about 273 K.
         let input = |i: usize| {
             let unit = &model.inputs[i].declared.unit;
             unit.factor.abs().max(unit.offset.abs())
@@ -80,20 +80,20 @@ impl Sizes {
         }
     }
 
-    /// Whether a discrete number has a few values, all of which random points have.
+    /// Whether a discrete number has so few values that random points take all of them.
     pub(super) fn is_drawn(&self, symbol: Symbol) -> bool {
         let Symbol::Discrete(i) = symbol else { return false };
         self.modes.get(i as usize).is_some_and(Option::is_some)
     }
 
-    /// Of an element of an array.
+    /// The size of an element of an array.
     fn of_element(&self, i: u32) -> f64 {
         of_element(&self.arrays, i)
     }
 }
 
-/// How many values each discrete number has: of automata, then of conditions on time, which are 0 or 1. Steps, and the
-/// periods of a clock, are counted.
+/// The number of values of each discrete number: those of automata, then those of conditions on time, which are 0 or
+/// 1. Steps and the periods of a clock are counts.
 fn values_of_discrete(dae: &Dae) -> Vec<Option<usize>> {
     let of_automata = dae.automata.iter().map(|automaton| match automaton.kind {
         AutomatonKind::Step => None,
@@ -105,7 +105,7 @@ fn values_of_discrete(dae: &Dae) -> Vec<Option<usize>> {
     of_automata.chain(of_time).collect()
 }
 
-/// Of an element, by the first elements of arrays and their sizes.
+/// The size of an element, by the first elements of arrays and their sizes.
 fn of_element(arrays: &[(u32, f64)], i: u32) -> f64 {
     let after = arrays.partition_point(|(first, _)| *first <= i);
     after.checked_sub(1).map_or(1.0, |array| arrays[array].1)
@@ -113,7 +113,7 @@ fn of_element(arrays: &[(u32, f64)], i: u32) -> f64 {
 
 /// A point: values of symbols, and their sizes.
 pub(super) struct Point {
-    /// Of its symbols, ascending.
+    /// Its symbols, ascending.
     keys: Vec<u128>,
     values: Vec<f64>,
     sizes: Vec<f64>,
@@ -158,8 +158,8 @@ impl Point {
     }
 
     fn at(&self, symbol: Symbol) -> usize {
-        let found = self.keys.binary_search(&symbol.key());
-        found.unwrap_or_else(|_| unreachable!("{symbol:?} has a value"))
+        let index = self.keys.binary_search(&symbol.key());
+        index.unwrap_or_else(|_| unreachable!("{symbol:?} has a value"))
     }
 
     pub(super) fn value(&self, symbol: Symbol) -> f64 {
@@ -167,16 +167,16 @@ impl Point {
     }
 
     pub(super) fn set(&mut self, symbol: Symbol, value: f64) {
-        let at = self.at(symbol);
-        self.values[at] = value;
+        let position = self.at(symbol);
+        self.values[position] = value;
     }
 
     pub(super) fn size(&self, symbol: Symbol) -> f64 {
-        let at = self.at(symbol);
-        self.sizes[at].abs().max(self.values[at].abs())
+        let position = self.at(symbol);
+        self.sizes[position].abs().max(self.values[position].abs())
     }
 
-    /// The values of the roots of a tape; `values` gets those of all on it.
+    /// Evaluates the roots of a tape; `values` receives those of all its nodes.
     pub(super) fn evaluate<const N: usize>(
         &self,
         tape: &Tape<N>,
@@ -185,7 +185,7 @@ impl Point {
         tape.evaluate(|symbol| self.value(symbol), values)
     }
 
-    /// The values of the roots of a tape where only what is at these positions has changed.
+    /// Evaluates the roots of a tape again after changes of the values at these positions.
     pub(super) fn evaluate_again<const N: usize>(
         &self,
         tape: &Tape<N>,
@@ -195,8 +195,8 @@ impl Point {
         tape.evaluate_again(positions, |symbol| self.value(symbol), values)
     }
 
-    /// Moves v to where e = 0, by Newton's method or, where that does not get there, as with `q^3` and
-    /// `exp(-q) - 1e-9`, by halving; the sign of ∂e/∂v there.
+    /// Moves v to where e = 0 by Newton's method or, if that fails as with `q^3` and `exp(-q) - 1e-9`, by bisection;
+    /// returns the sign of ∂e/∂v there.
     pub(super) fn move_to_surface(&mut self, v: Symbol, surface: &Tape<2>) -> Option<f64> {
         let (from, mut room) = (self.value(v), Vec::new());
         for _ in 0..MOST_NEWTON {
@@ -214,7 +214,7 @@ impl Point {
         self.halve_to_surface(v, surface)
     }
 
-    /// Moves a symbol, other than `kept` if possible, to just beside a threshold.
+    /// Moves a symbol, other than `kept` if possible, close to a threshold.
     pub(super) fn move_near(&mut self, threshold: &Threshold, kept: Symbol, random: &mut Random) {
         let other = threshold.slopes.iter().rev().find(|(symbol, _)| *symbol != kept);
         let Some((v, tape)) = other.or(threshold.slopes.first()) else { return };
@@ -227,7 +227,7 @@ impl Point {
         }
     }
 
-    /// Looks for a change of the sign of e along v, ever further away, and halves to it.
+    /// Searches for a change of the sign of e along v at increasing distances, then bisects.
     fn halve_to_surface(&mut self, v: Symbol, surface: &Tape<2>) -> Option<f64> {
         let (from, size) = (self.value(v), self.size(v));
         let mut room = Vec::new();

@@ -1,4 +1,4 @@
-//! Both sides of a surface compared at random points of it.
+//! Compares both sides of a surface at random points of it.
 
 use std::collections::BTreeMap;
 
@@ -6,27 +6,27 @@ use super::point::{Point, Random, Sizes, Threshold};
 use super::{Passage, is_sign};
 use crate::expr::{ExprId, Graph, Node, Symbol, Tape};
 
-/// Points tried, and how many of them suffice if both sides can be evaluated there.
+/// Points to try, and the number that suffices if both sides can be evaluated there.
 const TRIALS: usize = 128;
 const ENOUGH: usize = 6;
-/// How many suffice where conditions or modes may hide a jump. Points near thresholds are tried for
-/// rows of up to [`MOST_NODES`] nodes.
+/// Number that suffices if conditions or modes may hide a jump. Points near thresholds are tried for rows of up to
+/// [`MOST_NODES`] nodes.
 const MANY: usize = 64;
 const MOST_NODES: usize = 400;
-/// How many suffice even if a condition has been met one way only.
+/// Number that suffices even if a condition has taken only one value.
 const MOST: usize = 32;
-/// Other conditions that are followed.
+/// Number of other conditions that are tracked.
 const MOST_CONDITIONS: usize = 16;
-/// Decades about their sizes that unknowns are drawn from, every other time.
+/// Every other time, unknowns are drawn from this many decades about their sizes.
 const WIDE: f64 = 2.0;
-/// How far from the surface the sides are compared, in the size of the symbol.
+/// Distance from the surface at which the sides are compared, relative to the size of the symbol.
 const NEAR: f64 = 1e-10;
-/// How far from it the difference is taken that theirs is compared with.
+/// Distance from the surface of the reference difference.
 const FAR: f64 = 1e-3;
-/// A difference that falls to this fraction of its value off the surface counts as zero. Roots fall
-/// slowest: a cube root to 0.005 of what it is at [`FAR`].
+/// A difference that falls to this fraction of its value off the surface counts as zero. Roots fall slowest: a cube
+/// root to 0.005 of its value at [`FAR`].
 const NONE: f64 = 1e-2;
-/// A difference below this fraction of the sides is rounding.
+/// A difference below this fraction of the sides is rounding error.
 const ROUNDING: f64 = 1e-12;
 
 /// The comparison of two sides of a surface.
@@ -34,16 +34,16 @@ pub(super) struct Sides<'a> {
     pub(super) graph: &'a mut Graph,
     sizes: &'a Sizes,
     surface: ExprId,
-    /// Whether the sides' conditions have been met where they do not hold, and where they do.
+    /// Whether each of the sides' conditions has been false, and true.
     pub(super) met: BTreeMap<ExprId, [bool; 2]>,
 }
 
-/// A symbol that is moved to the surface, and what is then evaluated.
+/// A symbol to move to the surface, and the tapes to evaluate then.
 struct Direction {
     symbol: Symbol,
     /// e, ∂e/∂v, both sides, and their derivatives to v.
     all: Tape<6>,
-    /// Where all that reads the symbol is on that tape.
+    /// Positions on that tape of the nodes that depend on the symbol.
     moving: Vec<usize>,
     /// e and ∂e/∂v.
     surface: Tape<2>,
@@ -55,7 +55,7 @@ impl<'a> Sides<'a> {
         Self { graph, sizes, surface, met: BTreeMap::new() }
     }
 
-    /// The worst passage met at random points; `None` if the sides can be evaluated at none of them.
+    /// The worst passage at random points; `None` if the sides can be evaluated at none of them.
     pub(super) fn compare(&mut self, sides: [ExprId; 2], all: bool) -> Option<Passage> {
         let candidates: Vec<Symbol> =
             self.graph.symbols(self.surface).into_iter().filter(|symbol| moves(*symbol)).collect();
@@ -66,7 +66,7 @@ impl<'a> Sides<'a> {
                 thresholds = self.thresholds();
             }
         }
-        // Conditions and modes may hide a jump except where several of them hold together.
+        // Conditions and modes may hide a jump unless several of them hold together.
         let is_mode = |symbol: &Symbol| matches!(symbol, Symbol::Discrete(_));
         let hides = !thresholds.is_empty()
             || sides.iter().any(|side| self.graph.symbols(*side).iter().any(is_mode));
@@ -105,20 +105,20 @@ impl<'a> Sides<'a> {
         worst
     }
 
-    /// What is evaluated where a symbol is moved to the surface.
+    /// The tapes for moving a symbol to the surface.
     fn direction(&mut self, [above, below]: [ExprId; 2], symbol: Symbol) -> Direction {
         let (graph, surface) = (&mut *self.graph, self.surface);
         let [e_v, above_v, below_v] = [surface, above, below].map(|e| {
             let gradient = graph.gradient(e, |other| (other == symbol).then_some(0));
             gradient.first().map_or_else(|| graph.constant(0.0), |(_, slope)| *slope)
         });
-        let all = Tape::of(graph, [surface, e_v, above, below, above_v, below_v]);
+        let tape = Tape::of(graph, [surface, e_v, above, below, above_v, below_v]);
         let surface = Tape::of(graph, [surface, e_v]);
-        let (symbols, moving) = (all.symbols(), all.readers(symbol));
-        Direction { symbol, all, moving, surface, symbols }
+        let (symbols, moving) = (tape.symbols(), tape.readers(symbol));
+        Direction { symbol, all: tape, moving, surface, symbols }
     }
 
-    /// Where conditions other than the surface's own change: e, and ∂e/∂v for each symbol v that moves.
+    /// Thresholds of conditions other than the surface's own: e, and ∂e/∂v for each symbol v that moves.
     fn thresholds(&mut self) -> Vec<Threshold> {
         let conditions: Vec<ExprId> = self.met.keys().copied().collect();
         let mut thresholds = Vec::new();
@@ -147,7 +147,7 @@ impl<'a> Sides<'a> {
         thresholds
     }
 
-    /// Lists the conditions of the sides, where they are few.
+    /// Lists the conditions of the sides if there are few.
     fn list_conditions(&mut self, sides: [ExprId; 2]) {
         let graph = &*self.graph;
         let conditions = graph.listed(sides).into_iter().filter(|(id, node)| {
@@ -159,7 +159,7 @@ impl<'a> Sides<'a> {
     }
 }
 
-/// Records which conditions hold where expressions have these values.
+/// Records which conditions hold at these values.
 fn note_conditions(tape: &Tape<6>, values: &[f64], met: &mut BTreeMap<ExprId, [bool; 2]>) {
     for (id, met) in met {
         if let Some(at) = tape.position(*id) {
@@ -168,10 +168,10 @@ fn note_conditions(tape: &Tape<6>, values: &[f64], met: &mut BTreeMap<ExprId, [b
     }
 }
 
-/// How the sides pass the surface at a point, which is left there; nothing where it cannot be moved there, or where
-/// neither can be evaluated.
+/// The passage at a point, which is moved to the surface; `None` if it cannot be moved there or if neither side can be
+/// evaluated.
 ///
-/// `values` gets those of all that the sides are made of, beside the surface.
+/// `values` receives those of all nodes of the sides, next to the surface.
 fn passage_at(point: &mut Point, direction: &Direction, values: &mut Vec<f64>) -> Option<Passage> {
     let v = direction.symbol;
     let off = point.evaluate(&direction.all, values);
@@ -185,7 +185,7 @@ fn passage_at(point: &mut Point, direction: &Direction, values: &mut Vec<f64>) -
     let (far_beyond, far_before) = (moved(FAR), moved(-FAR));
     point.set(v, at);
     let differs = |a: usize, b: usize, unbounded: Option<bool>| {
-        // Both sides at one point, where both can be continued to it.
+        // Both sides at one point, if both can be continued to it.
         let sides = [(beyond[a], beyond[b]), (before[a], before[b]), (beyond[a], before[b])];
         let finite = sides.into_iter().find(|(a, b)| a.is_finite() && b.is_finite());
         let Some((a_here, b_here)) = finite else { return unbounded };
@@ -201,7 +201,7 @@ fn passage_at(point: &mut Point, direction: &Direction, values: &mut Vec<f64>) -
         let negligible = NONE * elsewhere + ROUNDING * (a_here.abs() + b_here.abs());
         Some((a_here - b_here).abs() > negligible)
     };
-    // A slope that is infinite on one side is not that of the other.
+    // A slope that is infinite on one side differs from that on the other.
     match (differs(2, 3, None), differs(4, 5, Some(true))) {
         (Some(true), _) => Some(Passage::Jump),
         (Some(false), Some(true)) => Some(Passage::Corner),

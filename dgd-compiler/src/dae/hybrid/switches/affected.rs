@@ -1,23 +1,23 @@
-//! Which parts of the rows depend on a switch and have to be examined for it.
+//! The parts of the rows that depend on a switch and have to be examined for it.
 //!
-//! A row passes a surface as the part that the surface changes does, if the rest of the row only adds
-//! something, scales, or is a monotonic function. Then only the part is examined, and a row of many
-//! switches takes no longer than as many rows.
+//! A row passes a surface like the part that the surface changes if the rest of the row only adds something, scales, or
+//! is a monotonic function. Then only the part is examined, and a row with many switches costs no more than as many
+//! rows.
 
 use crate::dae::Dae;
 use crate::dae::hybrid::smoothness::Signs;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// For each expression of the rows, which others read it.
+/// For each expression of the rows, the expressions that read it.
 pub(super) struct Readers {
     /// Ids ascending, and for each the positions of its readers.
     ids: Vec<ExprId>,
     read_by: Vec<Vec<u32>>,
-    /// The rows that an expression is.
+    /// The rows whose expression this is.
     rows: Vec<Vec<u32>>,
-    /// Whether the rows jump, or have a corner, where the expression does.
+    /// Whether the rows jump, or have a corner, exactly where the expression does.
     is_plain: Vec<bool>,
-    /// In which search each was met last.
+    /// The last search that met each expression.
     met: Vec<u32>,
     search: u32,
 }
@@ -33,17 +33,17 @@ impl Readers {
         for (k, id) in ids.iter().enumerate() {
             let node = graph.node(*id);
             let reader = u32::try_from(k).unwrap_or(u32::MAX);
-            let mut all = true;
+            let mut is_plain = true;
             for operand in node.operands() {
-                let at = position(&operand);
-                all &= modes_only[at];
-                if read_by[at].last() != Some(&reader) {
-                    read_by[at].push(reader);
+                let index = position(&operand);
+                is_plain &= modes_only[index];
+                if read_by[index].last() != Some(&reader) {
+                    read_by[index].push(reader);
                 }
             }
             modes_only[k] = match node {
                 Node::Symbol(symbol) => matches!(symbol, Symbol::Discrete(_)),
-                _ => all,
+                _ => is_plain,
             };
         }
         let mut rows = vec![Vec::new(); ids.len()];
@@ -62,11 +62,11 @@ impl Readers {
         Self { ids, read_by, rows, is_plain, met, search: 0 }
     }
 
-    /// The expressions to look at for a surface with these switches, and the rows that it changes.
+    /// The expressions to examine for a surface with these switches, and the rows that it changes.
     pub(super) fn affected(&mut self, signs: &Signs) -> (Vec<ExprId>, Vec<usize>) {
         self.search += 1;
-        let found = signs.keys().filter_map(|id| self.ids.binary_search(id).ok());
-        let mut pending: Vec<usize> = found.collect();
+        let switches = signs.keys().filter_map(|id| self.ids.binary_search(id).ok());
+        let mut pending: Vec<usize> = switches.collect();
         let (mut whole, mut plain, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         let mut climbed = Vec::new();
         while let Some(k) = pending.pop() {
@@ -99,7 +99,7 @@ impl Readers {
     }
 }
 
-/// Whether `reader` changes as `operand` does where its other operands go on.
+/// Whether `reader` changes like `operand` if its other operands are continuous.
 fn passes_on(
     graph: &Graph,
     reader: ExprId,
@@ -110,7 +110,7 @@ fn passes_on(
         Node::Add(..) | Node::Subtract(..) | Node::Negate(_) => true,
         Node::Multiply(a, b) => graph.value(a).is_some() || graph.value(b).is_some(),
         Node::Divide(a, b) => a == operand && graph.value(b).is_some(),
-        // Functions whose slope is never zero.
+        // Functions whose slope is nowhere zero.
         Node::Call1(function, _) => {
             matches!(function.get().name, "exp" | "log" | "atan" | "sinh" | "tanh")
         }
@@ -143,7 +143,7 @@ mod tests {
         assemble(&model.expect("a sound model"), &mut diagnostics).expect("a solvable model")
     }
 
-    /// The calls of `abs`, and what is looked at for each.
+    /// The calls of `abs`, and the expressions to examine for each.
     fn looked_at(dae: &Dae) -> Vec<(ExprId, Vec<ExprId>)> {
         let mut readers = Readers::of(dae);
         let nodes = dae.graph.listed(dae.rows()).into_iter();

@@ -1,10 +1,10 @@
-//! Which corners are held on their side during a step: those of algebraic equations.
+//! Corners whose side is held during a step: those of algebraic equations.
 //!
-//! An algebraic equation with a corner, such as i = g max(v, 0), is one of two smooth equations. A step that sees both
-//! goes astray beyond the corner, and Newton's iteration jumps between them. Where the corner depends on algebraic
-//! unknowns, a discrete number therefore chooses the piece, as for values that jump, and the runtime finds pieces and
-//! unknowns together. Not so where a piece may be undefined beyond its end, as √x is below zero: there the row stays as
-//! it is, and steps just end at the corner.
+//! An algebraic equation with a corner, such as i = g max(v, 0), is one of two smooth equations. A step across the
+//! corner goes astray, and Newton's iteration jumps between the two. If the corner depends on algebraic unknowns, a
+//! discrete number therefore selects the piece, as for values that jump, and the runtime finds pieces and unknowns
+//! together. But if a piece may be undefined beyond its end, as √x is below zero, the row stays as it is, and steps
+//! just end at the corner.
 
 use super::Surface;
 use crate::dae::Dae;
@@ -13,7 +13,7 @@ use crate::dae::rates::family_of;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
-/// Which unknowns and rows are algebraic, in some mode at least.
+/// The unknowns and rows that are algebraic in at least one mode.
 pub(super) struct Algebraic {
     unknowns: Vec<bool>,
     families: Vec<bool>,
@@ -60,7 +60,7 @@ impl Algebraic {
     }
 }
 
-/// Whether an expression is defined for all values of what moves along a run.
+/// Whether an expression is defined for all values of its varying symbols.
 pub(super) fn is_total(graph: &Graph, root: ExprId) -> bool {
     let mut moves: HashMap<ExprId, bool> = HashMap::default();
     for (id, node) in graph.listed([root]) {

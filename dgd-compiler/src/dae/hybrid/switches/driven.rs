@@ -1,5 +1,5 @@
-//! What moves by itself: time, and unknowns whose rates do not depend on the rest of the solution, such as clocks and
-//! angles at a given speed.
+//! Driven symbols: time, and unknowns whose rates do not depend on the rest of the solution, such as clocks and angles
+//! at a given speed.
 
 use std::collections::BTreeSet;
 
@@ -7,10 +7,10 @@ use crate::dae::Dae;
 use crate::expr::{ExprId, Symbol};
 use crate::model::{Interpolation, Model};
 
-/// Unknowns that are driven.
+/// The driven unknowns.
 pub(super) struct Driven {
     unknowns: BTreeSet<u32>,
-    /// Those of them that stand still between events.
+    /// Those that are constant between events.
     still: BTreeSet<u32>,
     /// For each input, whether it changes between samples.
     is_linear: Vec<bool>,
@@ -55,7 +55,7 @@ impl Driven {
         }
     }
 
-    /// Whether an expression moves by what is driven alone. Inputs that move do so from sample to sample, where steps
+    /// Whether an expression varies only by driven symbols. Inputs that vary are linear between samples, where steps
     /// end.
     pub(super) fn drives(&self, dae: &Dae, x: ExprId) -> bool {
         let symbols = dae.graph.symbols(x);

@@ -1,4 +1,4 @@
-//! Refuses histories that jump: what reads them late would jump, too, at times that nothing locates.
+//! Refuses discontinuous histories: delayed values would jump, too, at times that no event locates.
 
 use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::Dae;
@@ -13,13 +13,13 @@ pub(in crate::dae) fn verify(
     model: &Model,
     diagnostics: &mut Diagnostics,
 ) -> Result<(), Reported> {
-    let all: Vec<(String, ExprId)> =
+    let histories: Vec<(String, ExprId)> =
         dae.histories().map(|(name, history)| (name.to_owned(), history)).collect();
-    if all.is_empty() {
+    if histories.is_empty() {
         return Ok(());
     }
     let sizes = Sizes::of(dae, model);
-    for (name, history) in all {
+    for (name, history) in histories {
         if !jumps(dae, model, &sizes, history) {
             continue;
         }

@@ -1,29 +1,27 @@
 //! Switches as events: comparisons, `abs` and `sign` on which the rows depend.
 //!
-//! Each changes on a surface e = 0: left = right, or x = 0. Where all rows are smooth across it
-//! ([`super::smoothness`]), or where e changes at samples of inputs only, nothing happens.
-//! Where a slope jumps, there is an event that changes nothing: a step ends there, so that no step
-//! reaches across the corner. Where a value jumps, the switch becomes a discrete number z, so that a
-//! step that passes the surface continues unchanged until it is cut there; so it is where the slope of an algebraic
-//! equation jumps ([`algebraic`]):
+//! Each changes on a surface e = 0: left = right, or x = 0. If all rows are smooth across it ([`super::smoothness`]),
+//! or if e changes only at samples of inputs, nothing happens. If a slope jumps, there is an event without an action: a
+//! step ends there, so that no step reaches across the corner. If a value jumps, the switch becomes a discrete number
+//! z, so that a step that passes the surface continues unchanged until it is cut there; likewise if the slope of an
+//! algebraic equation jumps ([`algebraic`]):
 //!
 //! ```text
 //!   z = below   e < 0    ->  above when e rises above 0
 //!   z = above   e > 0    ->  below when e falls below 0
-//!   z = sliding e = 0, where both sides push back
+//!   z = sliding e = 0, if both sides push back
 //! ```
 //!
-//! On a surface that it cannot leave, the solution slides (Filippov). Then a share α of the side
-//! above and 1 − α of the one below act, such that e stays zero:
+//! On a surface that it cannot leave, the solution slides (Filippov). Then a share α of the side above and 1 − α of the
+//! one below act such that e stays zero:
 //!
 //! ```text
 //!   value = B + α (A − B),   0 = ė = ∂e/∂t + ∂e/∂y f(α) + ∂e/∂u u̇
 //! ```
 //!
-//! α is an algebraic unknown, so that it may act through other algebraic unknowns, and several
-//! surfaces can slide at the same time. The solution leaves the surface where α leaves [0, 1]. For a
-//! surface that reads algebraic unknowns there is no ė, and no sliding, unless equations give these
-//! directly.
+//! α is an algebraic unknown, so it may act through other algebraic unknowns, and several surfaces can slide at the
+//! same time. The solution leaves the surface when α leaves [0, 1]. A surface that reads algebraic unknowns has no ė,
+//! and cannot slide, unless equations give these unknowns directly.
 //!
 //! # Source
 //!
@@ -69,23 +67,23 @@ struct Surface {
     /// Positions of the rows that read one of them.
     rows: Vec<usize>,
     passage: Passage,
-    /// Whether steps see one side only, although no value jumps.
+    /// Whether steps evaluate one side only, although no value jumps.
     is_piece: bool,
     name: String,
-    /// Its discrete number, where steps see one side only.
+    /// Its discrete number, if steps evaluate one side only.
     z: Option<ExprId>,
-    /// α, where it can slide.
+    /// α, if it can slide.
     share: Option<(u32, ExprId)>,
 }
 
 impl Surface {
-    /// Whether steps see one side only.
+    /// Whether steps evaluate one side only.
     fn is_held(&self) -> bool {
         self.is_piece || self.passage == Passage::Jump
     }
 }
 
-/// Makes events of the switches on which the rows depend.
+/// Turns the switches on which the rows depend into events.
 pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
     pieces::take_apart(dae, model);
     unrolled::unroll(dae, model);
@@ -95,7 +93,7 @@ pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
     tables::locate(dae, model);
 }
 
-/// Makes events of switches.
+/// Turns switches into events.
 fn make_events(dae: &mut Dae, model: &Model) {
     let mut surfaces = passed(dae, model);
     surfaces.retain(|surface| surface.passage > Passage::Smooth);
@@ -105,7 +103,7 @@ fn make_events(dae: &mut Dae, model: &Model) {
     for surface in &mut surfaces {
         surface.name = name(dae, model, surface.e);
     }
-    // Those that only stop steps come last, as rows read the others by their positions.
+    // Surfaces that only stop steps come last because rows read the others by position.
     surfaces.sort_by_key(|surface| !surface.is_held());
     open(dae, model, &mut surfaces);
     replace_switches(dae, model, &mut surfaces);
@@ -115,8 +113,8 @@ fn make_events(dae: &mut Dae, model: &Model) {
     }
 }
 
-/// Substitutes algebraic unknowns in surfaces at which a value jumps by their explicit solutions, if the surface then
-/// has a rate.
+/// In surfaces at which a value jumps, substitutes explicit solutions for algebraic unknowns if the surface then has a
+/// rate.
 fn open(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     for surface in surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump) {
         let Some(e) = opened::opened(dae, surface.e).filter(|e| *e != surface.e) else { continue };
@@ -129,7 +127,7 @@ fn open(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     }
 }
 
-/// All surfaces, with how the rows pass them.
+/// All surfaces, with the rows' continuity across them.
 fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
     let roots: Vec<ExprId> = dae.rows().collect();
     let mut surfaces = surfaces::surfaces(dae, model, &roots, SurfaceKind::Common);
@@ -151,12 +149,12 @@ fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
     surfaces
 }
 
-/// e as formulas write it, where it is short.
+/// e in the notation of formulas, if it is short.
 fn name(dae: &Dae, model: &Model, e: ExprId) -> String {
     format!("switch {} at 0", written(dae, model, e))
 }
 
-/// An expression as formulas write it, where it is short.
+/// An expression in the notation of formulas, if it is short.
 fn written(dae: &Dae, model: &Model, e: ExprId) -> String {
     let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| match symbol {
         Symbol::Element(i) => model.element_name(i),
@@ -170,7 +168,7 @@ fn written(dae: &Dae, model: &Model, e: ExprId) -> String {
     text.replace(',', " and")
 }
 
-/// Puts discrete numbers, and shares while they slide, in the place of switches whose values jump.
+/// Replaces switches whose values jump by discrete numbers, and by shares while they slide.
 fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     let before = dae.automata.len();
     let after = before + surfaces.len();
@@ -181,7 +179,7 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     for (k, surface) in one_sided.enumerate() {
         let position = u32::try_from(before + k).unwrap_or(u32::MAX);
         surface.z = Some(dae.graph.symbol(Symbol::Discrete(position)));
-        // A share is algebraic: what reads it has no ė.
+        // A share is algebraic: surfaces that read it have no ė.
         let reads_share = |dae: &Dae| {
             !sharing.is_empty()
                 && dae.graph.reachable([surface.e]).iter().any(|id| sharing.contains(id))
@@ -206,7 +204,7 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     for surface in surfaces.iter_mut() {
         surface.e = replaced[&surface.e];
     }
-    // α: what it is on the sides, and what keeps e zero between them.
+    // α: constant on the sides, and between them the value that keeps e zero.
     for surface in surfaces.iter() {
         let (Some(z), Some((index, alpha))) = (surface.z, surface.share) else { continue };
         let rate = rate_of(dae, model, surface.e);
@@ -216,15 +214,15 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
         let side = graph.select(is_above, one, zero);
         let side = graph.subtract(side, alpha);
         let slides = in_mode(graph, z, SLIDING);
-        let held = held(graph, rate, index, z);
-        dae.unknowns[index as usize].rhs = graph.select(slides, held, side);
+        let sliding_rhs = held(graph, rate, index, z);
+        dae.unknowns[index as usize].rhs = graph.select(slides, sliding_rhs, side);
     }
 }
 
 /// The row of α while the solution slides: ė = 0.
 ///
-/// Where another switch keeps α from acting, as when a brake is released, ė cannot be made zero. α
-/// is then beyond its range, on the side to which the solution leaves.
+/// If another switch keeps α from acting, as when a brake is released, ė cannot be made zero. α is then outside its
+/// range, on the side to which the solution leaves.
 fn held(graph: &mut Graph, rate: ExprId, share: u32, z: ExprId) -> ExprId {
     let slopes = graph.gradient(rate, |symbol| (symbol == Symbol::Unknown(share)).then_some(0));
     let Some((_, slope)) = slopes.first().copied() else { return rate };
@@ -257,7 +255,7 @@ fn rate_of(dae: &mut Dae, model: &Model, e: ExprId) -> ExprId {
     rate.unwrap_or_else(|| unreachable!("what slides reads no algebraic unknown"))
 }
 
-/// Which surfaces a solution can slide along.
+/// The surfaces along which a solution can slide.
 struct Sliding {
     /// For each row, whether it reads an algebraic unknown.
     reads_algebraic: Vec<bool>,
@@ -300,7 +298,7 @@ impl Sliding {
     }
 }
 
-/// The unknown α, its row still open.
+/// The unknown α, without its row yet.
 fn share_of(dae: &mut Dae, surface: &Surface, number: usize) -> Unknown {
     let (zero, half) = (dae.graph.constant(0.0), dae.graph.constant(0.5));
     Unknown {
@@ -332,12 +330,12 @@ fn in_mode(graph: &mut Graph, z: ExprId, mode: usize) -> ExprId {
     if mode == BELOW { below } else { graph.simplified(Node::And(above, below)) }
 }
 
-/// A rebuilding of all expressions with switches replaced.
+/// Rebuilds all expressions with switches replaced.
 struct Replacing<'a> {
     surfaces: &'a [Surface],
     /// For each switch, its surface.
     of_switches: HashMap<ExprId, usize>,
-    /// Discrete numbers from here on are conditions on time, and move by so many.
+    /// Discrete numbers from here on are conditions on time, which move by the number of new ones.
     before: usize,
     moved: usize,
 }
@@ -389,7 +387,7 @@ impl<'a> Replacing<'a> {
         built
     }
 
-    /// What stands for a switch of which steps see one side only; `rebuilt` for any other.
+    /// The replacement of a switch of which steps evaluate one side only; `rebuilt` for any other.
     fn switched(
         &self,
         graph: &mut Graph,
@@ -427,7 +425,7 @@ impl<'a> Replacing<'a> {
                 graph.select(slides, share, value)
             }
             Node::Call1(..) if surface.is_piece => absolute(graph, rebuilt, above, sign),
-            // The absolute value has a corner only.
+            // The absolute value only has a corner.
             _ => rebuilt,
         }
     }
@@ -487,7 +485,7 @@ fn joined(
     }
 }
 
-/// The automaton of a surface, its event functions as the rows are now.
+/// The automaton of a surface, with event functions for the current rows.
 fn automaton(dae: &mut Dae, model: &Model, surface: &Surface) -> Automaton {
     let transition = |from, to, crossing, event, trigger| Transition {
         from,

@@ -1,8 +1,8 @@
 //! Switches whose surface jumps where another switch changes: `sign((if x > 1 then x else 0) - 2)`.
 //!
-//! While a solution slides along the inner surface, x = 1, what acts is a share of the rows on both
-//! sides, each with its own outer switch. So the inner condition is brought to the front of such
-//! rows: row = if e > 0 then row where e > 0 else row where e < 0.
+//! While a solution slides along the inner surface, x = 1, a share of the rows on each side acts, each with its own
+//! outer switch. So the inner condition is brought to the front of such rows: row = if e > 0 then row on e > 0 else row
+//! on e < 0.
 
 use super::Readers;
 use super::surfaces::{SurfaceKind, surfaces};
@@ -13,7 +13,7 @@ use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Node};
 use crate::model::Model;
 
-/// Each condition that is brought to the front doubles a row at most.
+/// Each condition that is brought to the front at most doubles a row.
 const MOST_CONDITIONS: usize = 6;
 
 /// Brings inner conditions to the front of the rows.
@@ -38,8 +38,8 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
 /// The first surface across which that of another switch jumps, and the rows that read both.
 fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
     let roots: Vec<ExprId> = dae.rows().collect();
-    let all = surfaces(dae, model, &roots, SurfaceKind::Common);
-    let of_switches: HashMap<ExprId, usize> = all
+    let candidates = surfaces(dae, model, &roots, SurfaceKind::Common);
+    let of_switches: HashMap<ExprId, usize> = candidates
         .iter()
         .enumerate()
         .flat_map(|(k, surface)| surface.signs.keys().map(move |id| (*id, k)))
@@ -51,7 +51,7 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
     };
     let mut readers: Option<Readers> = None;
     let (mut trial, sizes) = (dae.graph.clone(), Sizes::of(dae, model));
-    for outer in all.iter().filter(|outer| outer.signs.keys().any(chooses)) {
+    for outer in candidates.iter().filter(|outer| outer.signs.keys().any(chooses)) {
         let mut within: Vec<usize> = dae
             .graph
             .reachable([outer.e])
@@ -61,7 +61,7 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, Signs, Vec<usize>)> {
         within.sort_unstable();
         within.dedup();
         for k in within {
-            let (e, signs) = (all[k].e, &all[k].signs);
+            let (e, signs) = (candidates[k].e, &candidates[k].signs);
             if passage(&mut trial, &sizes, outer.e, e, signs) < Passage::Jump {
                 continue;
             }

@@ -1,14 +1,13 @@
-//! Tables of time, and tables with steps: a discrete number chooses the piece of the curve, so that a step sees one
-//! polynomial and goes on with it until it is cut at the knot.
+//! Tables of time and tables with steps: a discrete number selects the piece of the curve, so that a step evaluates one
+//! polynomial and continues it until the step is cut at the knot.
 //!
 //! ```text
 //!   f(x) = c₀[k] + d (c₁[k] + d (c₂[k] + d c₃[k])),   d = x − knot[k]
 //! ```
 //!
-//! Where x is a line over time, k is counted by a clock that ticks at the knots, so that no knot is missed, however far
-//! the rest of the model lets a step go. The knots of a table that jumps are counted by a step, ⌊s(x)⌋ of the broken
-//! line s that is k at the k-th knot, if something else moves x. What differs from row to row of a loop is computed row
-//! by row.
+//! If x is linear in time, k is counted by a clock that ticks at the knots, so no knot is missed, however long the
+//! steps that the rest of the model allows. Otherwise, the knots of a table that jumps are counted by a step, ⌊s(x)⌋ of
+//! the broken line s that is k at the k-th knot. Values that differ from row to row of a loop are computed row by row.
 
 use super::surfaces::moves;
 use super::tables::BEYOND;
@@ -20,10 +19,10 @@ use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
 
-/// Curves with the same knots at the same argument have one number.
+/// Curves with the same knots at the same argument share a number.
 type Key = (Vec<u64>, ExprId);
 
-/// Takes tables of time and tables with steps to pieces.
+/// Splits tables of time and tables with steps into pieces.
 pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
     let acting = dae.automata.iter().flat_map(|automaton| &automaton.transitions);
     let acting = acting.flat_map(|transition| {
@@ -90,7 +89,7 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
     dae.names = names.into_iter().map(|(id, name)| (built[&id], name)).collect();
 }
 
-/// The knots between pieces. At an end beyond which a run ends, the last piece goes on a little.
+/// The knots between pieces. At an end where a run ends, the last piece is extended a little.
 fn knots(curve: &TableCurve) -> Vec<f64> {
     let mut knots = curve.curve.knots.to_vec();
     if curve.limit.is_some()
@@ -103,7 +102,7 @@ fn knots(curve: &TableCurve) -> Vec<f64> {
     knots
 }
 
-/// The number of the piece at x, as a step.
+/// The number of the piece at x, as a step function.
 fn counted(graph: &mut Graph, curve: &TableCurve, marks: &[f64], x: ExprId) -> ExprId {
     let TableCurve { ends, name, .. } = curve;
     let table = name.split('[').next().unwrap_or_default();
@@ -115,13 +114,13 @@ fn counted(graph: &mut Graph, curve: &TableCurve, marks: &[f64], x: ExprId) -> E
         ends: *ends,
         limit: None,
     };
-    let at = graph.simplified(Node::Curve(CurveId::of(line), x));
-    let passed = graph.call1("floor", at);
+    let position = graph.simplified(Node::Curve(CurveId::of(line), x));
+    let passed = graph.call1("floor", position);
     let one = graph.constant(1.0);
     graph.add(passed, one)
 }
 
-/// The piece of a curve with a number.
+/// The piece of a curve with this number.
 fn piece(graph: &mut Graph, curve: &TableCurve, number: ExprId, x: ExprId) -> ExprId {
     let TableCurve { curve: of, name, limit, .. } = curve;
     let look_up = |graph: &mut Graph, what: &str, numbers: &[f64], limit: Option<String>| {

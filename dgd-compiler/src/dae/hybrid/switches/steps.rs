@@ -1,4 +1,4 @@
-//! ⌊x⌋ of what moves, as an event at every whole number that x passes.
+//! ⌊x⌋ of a varying x, as an event at every whole number that x passes.
 //!
 //! The discrete number z is ⌊x⌋, so that a step that passes a whole number continues unchanged until it is cut there:
 //!
@@ -6,8 +6,8 @@
 //!   x − z − 1 rises above 0, x − z falls below 0:    z = ⌊x⌋
 //! ```
 //!
-//! Loops whose rows step at places of their own have been unrolled ([`super::unrolled`]). An angle atan2(y, x) jumps by 2 π
-//! where y passes zero and x is below: there it is written with the sign of y, which is a switch like any other.
+//! Loops whose rows step at different places have been unrolled ([`super::unrolled`]). An angle atan2(y, x) jumps by 2
+//! π where y passes zero with x below zero: it is rewritten with the sign of y, which is a switch like any other.
 
 use super::surfaces::{Moves, moves};
 use crate::dae::{Automaton, AutomatonKind, Crossing, Dae, Transition, Trigger};
@@ -17,7 +17,7 @@ use crate::expr::intrinsics::IntrinsicId;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
 
-/// Makes events of the steps in the rows, and switches of the angles that jump.
+/// Turns the steps in the rows into events, and the angles that jump into switches.
 pub(super) fn locate(dae: &mut Dae, model: &Model) {
     if !["floor", "atan2"].iter().any(|name| dae.graph.calls(IntrinsicId::named(name))) {
         return;
@@ -58,7 +58,7 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
     }
 }
 
-/// Whether a row of a loop steps where something passes a whole number that differs from row to row.
+/// Whether a row of a loop steps where a value that differs from row to row passes a whole number.
 pub(super) fn differ_by_row(dae: &Dae, model: &Model, row: ExprId) -> bool {
     let nodes = dae.graph.listed([row]);
     let moving = moves(dae, model, &nodes);
@@ -70,7 +70,7 @@ pub(super) fn differ_by_row(dae: &Dae, model: &Model, row: ExprId) -> bool {
     })
 }
 
-/// The row of a loop with switches for angles that jump where something differs from row to row.
+/// The row of a loop with switches for angles whose jumps differ from row to row.
 pub(super) fn with_switched_angles(dae: &mut Dae, model: &Model, row: ExprId) -> ExprId {
     let nodes = dae.graph.listed([row]);
     let moving = moves(dae, model, &nodes);
@@ -90,7 +90,7 @@ pub(super) fn with_switched_angles(dae: &mut Dae, model: &Model, row: ExprId) ->
     built[&row]
 }
 
-/// A rebuilding of all expressions.
+/// Rebuilds all expressions.
 pub(super) struct Replacing {
     /// For each step, its discrete number.
     pub(super) replacement: HashMap<ExprId, ExprId>,
@@ -98,7 +98,7 @@ pub(super) struct Replacing {
 }
 
 impl Replacing {
-    /// Rebuilds everything, and `more`. Discrete numbers from `first` on move by `by`.
+    /// Rebuilds all expressions, and `more`. Discrete numbers from `first` on move by `by`.
     pub(super) fn all(
         &self,
         dae: &mut Dae,
@@ -133,7 +133,7 @@ impl Replacing {
     }
 }
 
-/// atan2(y, x), to the left of the origin as atan(y/x) ± π: each side goes on smoothly through the other.
+/// atan2(y, x), left of the origin as atan(y/x) ± π: each side continues smoothly through the other.
 fn angle(graph: &mut Graph, y: ExprId, x: ExprId) -> ExprId {
     let pi = std::f64::consts::PI;
     let (zero, half_turn, back) = (graph.constant(0.0), graph.constant(pi), graph.constant(-pi));
@@ -158,7 +158,7 @@ fn automaton(dae: &mut Dae, model: &Model, x: ExprId, z: ExprId) -> Automaton {
     of_two(AutomatonKind::Step, name, beyond, above)
 }
 
-/// An automaton of one mode that acts where one event function rises above zero or another falls below.
+/// An automaton of one mode that acts when one event function rises above zero or another falls below.
 pub(super) fn of_two(
     kind: AutomatonKind,
     name: String,

@@ -9,12 +9,12 @@ use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::{Interpolation, Model};
 
-/// Places at which two expressions are compared, and how near their ratio is to a constant if they
-/// are multiples of each other.
+/// Number of points at which two expressions are compared, and how constant their ratio must be for them to be
+/// multiples of each other.
 const PLACES: usize = 3;
 const SAME: f64 = 1e-9;
 
-/// What an expression changes with.
+/// How an expression varies.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Moves {
     /// Between samples.
@@ -23,12 +23,12 @@ pub(super) struct Moves {
     pub(super) sweeps: bool,
 }
 
-/// Which surfaces are wanted.
+/// Kinds of surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SurfaceKind {
-    /// Those that are the same for all rows of a loop.
+    /// Surfaces that all rows of a loop share.
     Common,
-    /// Those that each row of a loop has for itself.
+    /// Surfaces that each row of a loop has of its own.
     OfRows,
 }
 
@@ -83,7 +83,7 @@ pub(super) fn surfaces(
     joined(dae, model, surfaces)
 }
 
-/// What expressions change with, operands first.
+/// How expressions vary, operands first.
 pub(super) fn moves(dae: &Dae, model: &Model, nodes: &[(ExprId, Node)]) -> HashMap<ExprId, Moves> {
     let is_linear: Vec<bool> = {
         let declared = model.inputs.iter().map(|input| input.interpolation);
@@ -111,7 +111,7 @@ fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Moves {
         | Symbol::Element(_)
         | Symbol::Swept(_)
         | Symbol::DelayedUnknown(_) => true,
-        // The elements of an array go on alike.
+        // The elements of an array are interpolated alike.
         Symbol::Input(i) | Symbol::SweptInput(i, _) => {
             is_linear.get(i as usize).copied().unwrap_or(false)
         }
@@ -124,7 +124,7 @@ fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Moves {
     Moves { varies, sweeps }
 }
 
-/// Whether an expression that is another's multiple at some places is so everywhere.
+/// Whether an expression that is a multiple of another at some points is so everywhere.
 pub(super) fn is_smooth(graph: &Graph, e: ExprId) -> bool {
     graph.listed([e]).into_iter().all(|(_, node)| match node {
         Node::Select(..) | Node::Compare(..) | Node::Curve(..) => false,
@@ -133,8 +133,7 @@ pub(super) fn is_smooth(graph: &Graph, e: ExprId) -> bool {
     })
 }
 
-/// Merges surfaces that are the same: `x > 1` and `2*x + 1 > 3` change at the same time, whatever the
-/// parameters.
+/// Merges equivalent surfaces: `x > 1` and `2*x + 1 > 3` change at the same time, whatever the parameters.
 fn joined(dae: &Dae, model: &Model, surfaces: Vec<Surface>) -> Vec<Surface> {
     let typical = Sizes::of(dae, model);
     let mut of_symbols: BTreeMap<Vec<Symbol>, Vec<(usize, [f64; PLACES])>> = BTreeMap::new();

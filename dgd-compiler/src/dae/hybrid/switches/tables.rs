@@ -1,15 +1,15 @@
-//! Tables: events at the knots at which a row's slope jumps, and at their ends where a run ends there.
+//! Tables: events at the knots at which a row's slope jumps, and at the ends of the table where a run ends.
 //!
-//! All knots of a table, at one argument x, are one automaton. Its discrete number z counts those that have been
-//! passed, by the broken line s that is k at the k-th knot:
+//! All knots of a table, at one argument x, are one automaton. Its discrete number z counts the knots passed, by the
+//! broken line s that is k at the k-th knot:
 //!
 //! ```text
 //!   s(x) − z − 1 rises above 0, s(x) − z falls below 0:    z = ⌊s(x)⌋
 //! ```
 //!
-//! Of a smooth table these are all knots if what moves its argument does not depend on the solution: the control of the
-//! error sees to an argument that it knows, but not to a clock, along which every method is exact. What differs from row
-//! to row of a loop is computed row by row, without events.
+//! For a smooth table these are all knots if its argument does not depend on the solution: error control sees an
+//! argument that the solution determines, but not a clock, along which every method is exact. Values that differ from
+//! row to row of a loop are computed row by row, without events.
 
 use std::collections::BTreeSet;
 
@@ -23,11 +23,11 @@ use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Node, Symbol};
 use crate::model::Model;
 
-/// The argument of a table is beyond it where it is by this part of the table's width: a value that rests at an end is
-/// known to the tolerance only.
+/// The argument of a table counts as beyond it from this fraction of the table's width: a value at rest at an end is
+/// accurate only to the tolerance.
 pub(super) const BEYOND: f64 = 1e-6;
 
-/// Curves that are read at an argument.
+/// A curve, and the argument at which it is evaluated.
 type Read = (CurveId, ExprId);
 
 /// The knots of a table at which steps end.
@@ -37,7 +37,7 @@ struct Stops {
     at: Vec<f64>,
 }
 
-/// Makes automata of the knots and the ends of tables.
+/// Turns the knots and the ends of tables into automata.
 pub(super) fn locate(dae: &mut Dae, model: &Model) {
     let rows = dae.graph.listed(dae.rows());
     let outputs = dae.graph.listed(dae.outputs.iter().map(|output| output.value));
@@ -61,13 +61,13 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
         if !moving[&x].varies || moving[&x].sweeps || !curve.is_table() {
             return None;
         }
-        let at =
+        let arguments =
             if driven.drives(dae, x) { curve.curve.knots.to_vec() } else { curve.kinks.clone() };
-        (!at.is_empty()).then_some(Stops { curve, x, at })
+        (!arguments.is_empty()).then_some(Stops { curve, x, at: arguments })
     };
-    let mut seen = BTreeSet::new();
+    let mut known = BTreeSet::new();
     let mut knots: Vec<Stops> = of_rows.iter().copied().filter_map(stops).collect();
-    knots.retain(|stops| seen.insert((bits(&stops.at), stops.x)));
+    knots.retain(|stops| known.insert((bits(&stops.at), stops.x)));
     let limited = of_rows.into_iter().chain(of_outputs).filter(is_single);
     let limits = distinct(limited.filter(|read| read.0.get().limit.is_some()), |curve| {
         let text = curve.limit.iter().flat_map(|text| text.bytes().map(u64::from));
@@ -91,10 +91,10 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
     numbers.iter().map(|x| x.to_bits()).collect()
 }
 
-/// Of those that are the same to an automaton, the first.
+/// The first of each group that share an automaton.
 fn distinct(all: impl Iterator<Item = Read>, what: impl Fn(&TableCurve) -> Vec<u64>) -> Vec<Read> {
-    let mut seen = BTreeSet::new();
-    all.filter(|(curve, x)| seen.insert((what(curve.get()), *x))).collect()
+    let mut known = BTreeSet::new();
+    all.filter(|(curve, x)| known.insert((what(curve.get()), *x))).collect()
 }
 
 fn make_knots(dae: &mut Dae, model: &Model, curve: &TableCurve, at: &[f64], x: ExprId) {
@@ -113,8 +113,8 @@ fn make_knots(dae: &mut Dae, model: &Model, curve: &TableCurve, at: &[f64], x: E
     let name = format!("segment of {table}({})", super::written(dae, model, x));
     let graph = &mut dae.graph;
     let (z, one) = (graph.symbol(Symbol::Discrete(z)), graph.constant(1.0));
-    let at = graph.simplified(Node::Curve(line, x));
-    let above = graph.subtract(at, z);
+    let position = graph.simplified(Node::Curve(line, x));
+    let above = graph.subtract(position, z);
     let beyond = graph.subtract(above, one);
     dae.automata.push(of_two(AutomatonKind::Knots, name, beyond, above));
 }

@@ -1,9 +1,8 @@
-//! Loops whose rows jump are unrolled, so that each row has its own events, and so are those of algebraic equations made
-//! of pieces.
+//! Unrolls loops whose rows jump, so that each row has its own events, and loops of algebraic equations made of pieces.
 //!
-//! Where only slopes of differential equations jump, a loop stays one: the control of the error sees corners, and
-//! sensitivities go through them. They do not go through a jump that nothing locates: loops that are too long for that
-//! are listed, so that runs leave sensitivities blank.
+//! If only slopes of differential equations jump, a loop stays one: error control sees corners, and sensitivities pass
+//! through them. They do not pass through a jump without an event: loops that are too long for unrolling are listed, so
+//! that runs leave sensitivities blank.
 
 use super::algebraic::{Algebraic, is_total};
 use super::steps;
@@ -16,8 +15,8 @@ use crate::model::Model;
 /// Longer loops stay as they are: the program grows with the rows.
 const MOST_ROWS: u32 = 10_000;
 
-/// Unrolls the loops in which a value jumps where an element, or anything else that differs from row
-/// to row, passes a threshold, and those of algebraic equations in which a slope does.
+/// Unrolls the loops in which a value jumps where an element, or anything else that differs from row to row, passes a
+/// threshold, and the loops of algebraic equations in which a slope does.
 pub(super) fn unroll(dae: &mut Dae, model: &Model) {
     if dae.families.is_empty() {
         return;
@@ -57,7 +56,7 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
     }
 }
 
-/// How rows of a family pass surfaces of their own at which something happens, if they do.
+/// How rows of a family pass their own surfaces, if events are needed there.
 fn passage_of_rows(
     dae: &mut Dae,
     model: &Model,
@@ -70,13 +69,13 @@ fn passage_of_rows(
         return Some(Passage::Jump);
     }
     let row = steps::with_switched_angles(dae, model, row);
-    let found = surfaces(dae, model, &[row], SurfaceKind::OfRows);
-    if found.is_empty() {
+    let candidates = surfaces(dae, model, &[row], SurfaceKind::OfRows);
+    if candidates.is_empty() {
         return None;
     }
     let may_have_pieces = !differential && is_total(&dae.graph, row);
     let mut trial = dae.graph.clone();
-    let acting = found.iter().filter_map(|surface| {
+    let acting = candidates.iter().filter_map(|surface| {
         let here = passage(&mut trial, sizes, row, surface.e, &surface.signs);
         let acts = match here {
             Passage::Jump => true,

@@ -1,5 +1,5 @@
-//! Numbers of SciPy 1.17.1: `PchipInterpolator`, which has the slopes of Fritsch and Butland, and `CubicSpline` with
-//! natural ends. `tests/reference/make_curves.py` makes more of them.
+//! Reference values from SciPy 1.17.1: `PchipInterpolator`, which has the slopes of Fritsch and Butland, and
+//! `CubicSpline` with natural ends. `tests/reference/make_curves.py` generates more.
 
 use super::*;
 
@@ -111,7 +111,7 @@ fn beyond_the_ends_a_curve_keeps_its_value_or_its_slope() {
         for (end, outside) in [(0.0, -3.0), (7.0, 9.0)] {
             let line = extended.value(end) + slope.value(end) * (outside - end);
             assert!((extended.value(outside) - line).abs() < 1e-12);
-            // The slope is that of the table just inside.
+            // The slope equals that of the table just inside.
             let inside = end + if end == 0.0 { 1e-7 } else { -1e-7 };
             assert!((slope.value(inside) - slope.value(end)).abs() < 1e-5);
         }

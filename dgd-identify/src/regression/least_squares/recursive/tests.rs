@@ -1,4 +1,4 @@
-//! Against batch least squares, closed forms, and an integration of Table 3.1 as it is written.
+//! Comparison with batch least squares, closed forms, and a direct integration of Table 3.1.
 
 use super::*;
 
@@ -71,10 +71,10 @@ fn a_scalar_with_a_constant_regressor_is_the_closed_form() {
         let settled = phi * phi / beta;
         let p = (settled + (p0.recip() - settled) * (-beta * t).exp()).recip();
         let theta = truth + (1.0 - truth) * p * (-beta * t).exp() / p0;
-        let found = (recursive.covariance()[(0, 0)], recursive.theta()[0]);
-        // Gauss' rule of four nodes on e^(βt) over steps of βh ≤ 1: an error of (βh)⁸/2e9.
-        assert!((found.0 / p - 1.0).abs() < 1e-9, "{found:?} {p}");
-        assert!((found.1 - theta).abs() < 1e-10, "{found:?} {theta}");
+        let result = (recursive.covariance()[(0, 0)], recursive.theta()[0]);
+        // Gauss's rule with four nodes on e^(βt) over steps of βh ≤ 1: an error of (βh)⁸/2e9.
+        assert!((result.0 / p - 1.0).abs() < 1e-9, "{result:?} {p}");
+        assert!((result.1 - theta).abs() < 1e-10, "{result:?} {theta}");
     }
 }
 
@@ -84,7 +84,7 @@ fn smooth(t: f64) -> RegressorSample {
     RegressorSample { z: 2.0 * phi[0] - phi[1] + 0.3 * (1.3 * t).cos(), phi }
 }
 
-/// θ and P by small steps of the classical Runge–Kutta method on θ̇ and Ṗ as they are written.
+/// θ and P by small steps of the classical Runge–Kutta method on θ̇ and Ṗ.
 fn integrated(until: f64, beta: f64, normalisation: Normalisation) -> (DVector<f64>, DMatrix<f64>) {
     let h = 1e-3;
     let slope = |t: f64, theta: &DVector<f64>, p: &DMatrix<f64>| {
@@ -123,11 +123,11 @@ fn steps_of_a_sample_integrate_the_table_as_it_is_written() {
         }
         let (theta, p) = integrated(20.0, 0.1, normalisation);
         // The Runge–Kutta steps err by 1e-3⁴ times derivatives of the order of P² φ⁴ = 100.
-        let found = DVector::from_column_slice(recursive.theta());
-        assert!((&found - &theta).amax() < 1e-7, "{normalisation:?} {found} {theta}");
+        let estimate = DVector::from_column_slice(recursive.theta());
+        assert!((&estimate - &theta).amax() < 1e-7, "{normalisation:?} {estimate} {theta}");
         assert!((recursive.covariance() - p).amax() < 1e-7);
     }
-    // m² with P itself is taken at the start of a step: short ones come close.
+    // m² with P itself is evaluated at the start of a step: short steps approximate it.
     let forgetting =
         Forgetting { rate: 0.1, normalisation: Normalisation::Covariance, ..Forgetting::default() };
     let p0 = DMatrix::from_diagonal_element(2, 2, 3.0);
@@ -136,8 +136,8 @@ fn steps_of_a_sample_integrate_the_table_as_it_is_written() {
         recursive.advance(0.005, &mut |after| vec![smooth(0.005 * f64::from(k) + after)]);
     }
     let (theta, _) = integrated(20.0, 0.1, Normalisation::Covariance);
-    let found = DVector::from_column_slice(recursive.theta());
-    assert!((&found - &theta).amax() < 0.01, "{found} {theta}");
+    let estimate = DVector::from_column_slice(recursive.theta());
+    assert!((&estimate - &theta).amax() < 0.01, "{estimate} {theta}");
 }
 
 #[test]
@@ -163,10 +163,10 @@ fn without_excitation_nothing_winds_up() {
     {
         let norm = p.singular_values().max();
         assert!(norm <= limit && norm > 0.5 * limit, "{norm}");
-        // What both learned stays to what the start took away.
+        // The common information remains, up to the effect of the start.
         assert!((theta[0] - 4.0).abs() < 0.01 && (theta[1] - 3.0).abs() < 0.05, "{theta:?}");
     }
-    // It still learns: the second parameter has become another.
+    // It still learns: the second parameter has changed.
     for k in 0..200 {
         let t = 1000.0 + f64::from(k);
         let changed = |t: f64| RegressorSample {
@@ -179,7 +179,7 @@ fn without_excitation_nothing_winds_up() {
     for theta in [continuous.theta(), discrete.theta()] {
         assert!((theta[1] - 5.0).abs() < 0.01, "{theta:?}");
     }
-    // Without a limit numbers run out; nothing panics.
+    // Without a limit numbers overflow; nothing panics.
     let forgetting = Forgetting { rate: 10.0, ..Forgetting::default() };
     let mut lost = RecursiveLeastSquares::new(&[0.0; 2], &p0, forgetting).expect("P₀");
     for k in 0..1000 {

@@ -5,8 +5,8 @@ use super::{History, ONE_TIME};
 use crate::integrate::enclosure::{Coefficients, Interval, Tube, tube_of};
 
 impl History {
-    /// What the number at a position of u is between two times, if it is the value of an unknown whose delay is
-    /// constant, after the start.
+    /// Enclosure of the number at a position of u between two times, if it is the value of an unknown with a constant
+    /// delay, after the start.
     pub(in crate::integrate) fn tube(&self, position: usize, times: [f64; 2]) -> Option<Tube> {
         let values = self.layout.values();
         let k = values.contains(&position).then(|| position - values.start)?;
@@ -42,11 +42,11 @@ impl History {
             range = range.hull(here.range);
             slopes = slopes.hull(here.change / Interval::point(high - low));
         }
-        let at = |piece: usize, t: f64| {
+        let value = |piece: usize, t: f64| {
             let here = self.tube_of_piece(pieces.start + piece, watched, [t - error, t + error])?;
             Some(here.range)
         };
-        let (left, right) = (at(first, from)?, at(last, to)?);
+        let (left, right) = (value(first, from)?, value(last, to)?);
         Some(Tube::moving(left, right, range, slopes * Interval::point(to - from)))
     }
 

@@ -201,9 +201,9 @@ impl History {
                 for (piece, [t0, t1]) in past.ends.iter().enumerate() {
                     // A straight line.
                     let (begin, end) = (hat.at(*t0), hat.at(*t1));
-                    let at = piece * NODES.len() * n + column;
-                    self.differences[at] = begin;
-                    self.differences[at + n] = end - begin;
+                    let entry = piece * NODES.len() * n + column;
+                    self.differences[entry] = begin;
+                    self.differences[entry + n] = end - begin;
                 }
             }
         }

@@ -48,8 +48,8 @@ impl History {
     ) {
         if !self.varying.is_empty() {
             // They do not depend on discrete numbers.
-            let at = Point { t, y, u, p: problem.p, z: &[] };
-            problem.system.varying_delays(at, &mut self.varying);
+            let point = Point { t, y, u, p: problem.p, z: &[] };
+            problem.system.varying_delays(point, &mut self.varying);
         }
     }
 
@@ -71,11 +71,11 @@ impl History {
         let lag = &self.lags[lag];
         let alpha = alpha.min(self.from);
         if lag.reads.iter().any(|read| read.has_history) {
-            let at = Point { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
+            let point = Point { t: alpha, y: &[], u: &[], p: problem.p, z: &[] };
             let Before { values, rates, curvatures, s, s_rates } = &mut self.before;
-            problem.system.histories(at, values, rates, curvatures);
+            problem.system.histories(point, values, rates, curvatures);
             if self.n_s > 0 {
-                problem.system.history_sensitivities(at, s, s_rates);
+                problem.system.history_sensitivities(point, s, s_rates);
             }
         }
         let (n_v, n_w) = (self.layout.n_v, self.watched.len());
@@ -148,7 +148,7 @@ impl History {
         let (basis, _, differences) = here;
         let (rates, per_h, rate_differences) =
             if sloped == at { here } else { self.piece(sloped, within) };
-        // What lies further beyond is a straight line.
+        // Beyond, the extrapolation is a straight line.
         let bent = if beyond == 0.0 { per_h * per_h } else { 0.0 };
         for &Read { delayed: k, watched, .. } in &self.lags[index].reads {
             let x = basis.read(differences, n, watched)[0];

@@ -88,7 +88,7 @@ enum Begun {
     NotYet,
     /// At the start, with the model's history.
     Anew,
-    /// With a given past.
+    /// A given past.
     FromAPast,
 }
 
@@ -103,8 +103,8 @@ struct Lag {
     mark: usize,
     /// The piece that it read last.
     piece: usize,
-    /// How far before the last mark, and behind the next one, it still reads between them: as far as it was when a
-    /// step ended at a mark.
+    /// How far before the last mark, and behind the next one, it still reads between them: by the excess when a step
+    /// ended at a mark.
     slack: [f64; 2],
     /// Whether a variable delay is zero since the last instant, so that it reads the present.
     is_none: bool,
@@ -321,9 +321,9 @@ impl History {
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
         // The values just before the start serve as the current ones.
         self.now.copy_from_slice(&self.origin);
-        let at = Point { t: self.from, y: &[], u: &[], p: problem.p, z: &[] };
+        let point = Point { t: self.from, y: &[], u: &[], p: problem.p, z: &[] };
         let Before { values, rates, curvatures, .. } = &mut self.before;
-        problem.system.histories(at, values, rates, curvatures);
+        problem.system.histories(point, values, rates, curvatures);
         for read in self.lags.iter().flat_map(|lag| &lag.reads).filter(|read| read.has_history) {
             self.now[read.watched] = self.before.values[read.delayed];
         }
@@ -360,7 +360,7 @@ impl History {
         self.is_trial
     }
 
-    /// Discards what the previous trial left, before a step is tried.
+    /// Discards the data of the previous trial, before a step is tried.
     pub(in crate::integrate) fn forget_trial(&mut self) {
         self.remove_trial();
         self.reads_beyond = false;
@@ -385,18 +385,18 @@ impl History {
     /// Sets the values at a node of the step begun last.
     pub(in crate::integrate) fn set_node(&mut self, node: usize, y: &[f64], s: Option<&[f64]>) {
         let n = self.now.len();
-        let at = ((self.ends.len() - 1) * NODES.len() + node) * n;
-        gather(&self.watched, self.n_s, y, s, &mut self.differences[at..at + n]);
+        let entry = ((self.ends.len() - 1) * NODES.len() + node) * n;
+        gather(&self.watched, self.n_s, y, s, &mut self.differences[entry..entry + n]);
         if node == 1 && !self.is_trial {
-            self.now.copy_from_slice(&self.differences[at..at + n]);
+            self.now.copy_from_slice(&self.differences[entry..entry + n]);
         }
     }
 
     /// Completes the step once all values at the nodes are set.
     pub(in crate::integrate) fn end_piece(&mut self) {
         let n = self.now.len();
-        let at = (self.ends.len() - 1) * NODES.len() * n;
-        divide(&mut self.differences[at..], n);
+        let entry = (self.ends.len() - 1) * NODES.len() * n;
+        divide(&mut self.differences[entry..], n);
     }
 
     /// Marks `t`, where the solution continues with these values. The level is 0 if they jump.

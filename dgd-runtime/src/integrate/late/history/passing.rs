@@ -87,7 +87,7 @@ impl History {
         let (alpha, rounding) = (t - self.tau(index), self.rounding(t));
         let lag = &self.lags[index];
         let next = self.marks.get(lag.mark - self.first_mark);
-        // With no delay it reads what follows a mark of now.
+        // Without a delay it reads the piece after a mark at the current time.
         let reads_now = next.is_some_and(|mark| mark.t >= t - rounding && alpha >= t - rounding);
         if reads_now || self.left(index, alpha, rounding).is_some() {
             let reached = self.marks.partition_point(|mark| mark.t <= alpha + rounding);

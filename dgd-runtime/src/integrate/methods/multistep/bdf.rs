@@ -46,7 +46,7 @@ pub(in crate::integrate) fn error_constant(order: usize) -> f64 {
     1.0 / (order + 1) as f64
 }
 
-/// What is remembered besides the differences ∇ʲy in `k[j]`, `v[j]`.
+/// Stored data other than the differences ∇ʲy in `k[j]`, `v[j]`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::integrate) struct History {
     /// k.

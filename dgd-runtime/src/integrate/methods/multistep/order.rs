@@ -53,7 +53,7 @@ impl<S: Solved> Stepper<S> {
         controller: &mut Controller,
     ) {
         let order = self.history.order;
-        // The step was cut by what lies ahead: the natural step is different.
+        // The step was cut by an event or an end ahead: the natural step is different.
         if self.history.equal_steps <= order || h < 0.5 * controller.h {
             return;
         }

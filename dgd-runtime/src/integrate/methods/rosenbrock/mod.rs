@@ -265,13 +265,13 @@ impl<S: Solved> Stepper<S> {
         } else {
             let stage_t = t + tableau.alpha[I] * h;
             let u = drive.at(stage_t, stage.as_ref());
-            let at = Point { t: stage_t, y: stage.as_ref(), u, p, z };
+            let point = Point { t: stage_t, y: stage.as_ref(), u, p, z };
             let f = self.rhs.as_mut();
             match (&mut directions, &of_s) {
                 (Some(d), Some((stage, _))) => {
-                    system.sensitivity_rhs(at, stage.as_ref(), f, d.rhs.as_mut());
+                    system.sensitivity_rhs(point, stage.as_ref(), f, d.rhs.as_mut());
                 }
-                _ => system.rhs(at, f),
+                _ => system.rhs(point, f),
             }
             self.rhs.as_ref()
         };
@@ -354,16 +354,16 @@ impl<S: Solved> Stepper<S> {
             let stage_t = t + tableau.alpha[i] * h;
             combine_any(y, &self.k[..i], a, self.stage.as_mut());
             let u = drive.at(stage_t, self.stage.as_ref());
-            let at = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
+            let point = Point { t: stage_t, y: self.stage.as_ref(), u, p, z };
             let row = match &mut directions {
                 None => {
-                    system.rhs(at, self.rhs.as_mut());
+                    system.rhs(point, self.rhs.as_mut());
                     bad(self.rhs.as_ref()).map(NonFinite::Equation)
                 }
                 Some(d) => {
                     combine_any(d.s.as_ref(), &d.v[..i], a, d.stage.as_mut());
                     let s = d.stage.as_ref();
-                    system.sensitivity_rhs(at, s, self.rhs.as_mut(), d.rhs.as_mut());
+                    system.sensitivity_rhs(point, s, self.rhs.as_mut(), d.rhs.as_mut());
                     bad(self.rhs.as_ref())
                         .map(NonFinite::Equation)
                         .or_else(|| bad(d.rhs.as_ref()).map(|row| NonFinite::Derivative(row % n)))

@@ -27,9 +27,9 @@ fn algebraic(t: f64) -> Vec<f64> {
 /// Slopes from differences at a distance δ. Their error is δ⁴/30 times a fifth derivative of a few units, plus ε/δ.
 fn slopes(exact: Exact, t: f64) -> Vec<f64> {
     let delta = 1e-3;
-    let at = |k: f64| exact(t + k * delta);
-    let near = at(1.0).into_iter().zip(at(-1.0)).map(|(a, b)| a - b);
-    let far = at(2.0).into_iter().zip(at(-2.0)).map(|(a, b)| a - b);
+    let value = |k: f64| exact(t + k * delta);
+    let near = value(1.0).into_iter().zip(value(-1.0)).map(|(a, b)| a - b);
+    let far = value(2.0).into_iter().zip(value(-2.0)).map(|(a, b)| a - b);
     near.zip(far).map(|(near, far)| (8.0 * near - far) / (12.0 * delta)).collect()
 }
 

@@ -45,7 +45,7 @@ impl RosenbrockTableau {
         self.alpha.len()
     }
 
-    /// Evaluations of f in a step besides the linearisation, which includes that of the first stage.
+    /// Evaluations of f in a step in addition to the linearisation, which includes that of the first stage.
     pub const fn evaluations(&self) -> usize {
         self.stages() - 1
     }
