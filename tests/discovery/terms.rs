@@ -57,11 +57,20 @@ impl Plant<'_> {
     }
 
     fn found(&self, model: &str, starts: [&[f64]; 3]) -> Discovery {
+        self.found_in_time(model, starts, 1.0)
+    }
+
+    /// The same with so many seconds for each unit of time.
+    fn found_in_time(&self, model: &str, starts: [&[f64]; 3], seconds: f64) -> Discovery {
         let examined = examined(model);
         let mut seed = 0;
         let [first, second, valid] = starts.map(|start| {
             seed += 1;
-            examined.recording_without_start(&self.record(seed, start))
+            let mut samples = self.record(seed, start);
+            for t in &mut samples.times {
+                *t *= seconds;
+            }
+            examined.recording_without_start(&samples)
         });
         examined.discover(&[first, second], &[valid], 1)
     }
@@ -345,4 +354,73 @@ output x noise 0.01
     assert!(regime.outside < 1.1 && regime.inside > 3.0, "{regime:?}");
     let k = &regime.parameters[0];
     assert!((k.value - 0.8).abs() < 4.0 * k.std.expect("a std"), "{k:?}");
+}
+
+#[test]
+fn a_product_is_no_bend_beyond_the_recorded_range() {
+    // `x*z` looks like `sin(x)*z` and like `x*z/(131 + abs(z))` there.
+    let roessler: Rates = |x| {
+        let [x, y, z] = [x[0], x[1], x[2]];
+        vec![-5.0 * y - 5.0 * z, 5.0 * x - y, 1.0 - 28.5 * z + 5.0 * x * z]
+    };
+    for (unit, factor) in [("s", 1.0), ("min", 60.0)] {
+        let rate = format!("1 [{unit}]");
+        let model = format!(
+            "model attractor
+state x [1] = 2.3
+state y [1] = 1.1
+state z [1] = 0.8
+equation ex: {rate}*der(x) = -5.0*y - 5.0*z
+equation ey: {rate}*der(y) = 5.0*x - 1.0*y
+equation ez: {rate}*der(z) = 1.0 - 28.5*z
+output x noise 0.018
+output y noise 0.019
+output z noise 0.0022
+"
+        );
+        let seen = &[("x", 0), ("y", 1), ("z", 2)];
+        let plant =
+            Plant { rates: roessler, seen, samples: 200, until: 2.0, noise: 0.01, unit: 1.0 };
+        let starts: [&[f64]; 3] = [&[2.3, 1.1, 0.8], &[1.2, 0.7, 1.9], &[1.7, 0.9, 1.3]];
+        let found = plant.found_in_time(&model, starts, factor);
+        let [law] = &terms(&found)[..] else { panic!("{:?}", found.law) };
+        is_near(law, "ez", "x*z", 5.0, 0.05);
+    }
+}
+
+#[test]
+fn a_loss_in_one_regime_is_found_with_its_threshold() {
+    // Sunshine p goes round with q; the window is open while there is much of it.
+    let room: Rates = |x| {
+        let [air, wall, p, q] = [x[0], x[1], x[2], x[3]];
+        let open = if p > 0.4 { 0.8 } else { 0.0 };
+        let exchange = 0.5 * (wall - air);
+        vec![2.0 * p + exchange - open * (air - wall), -0.3 * exchange, 1.3 * q, -1.3 * p]
+    };
+    let model = "model room
+state air [K] = 20
+state wall [K] = 18
+state p [1] = 1
+state q [1] = 0
+equation of_air: der(air) = 2 [K/s]*p + 0.5 [1/s]*(wall - air)
+equation of_wall: der(wall) = -0.15 [1/s]*(wall - air)
+equation sun: der(p) = 1.3 [1/s]*q
+equation shade: der(q) = -1.3 [1/s]*p
+output air noise 0.01
+output wall noise 0.01
+output p noise 0.01
+output q noise 0.01
+";
+    let seen = &[("air", 0), ("wall", 1), ("p", 2), ("q", 3)];
+    let plant = Plant { rates: room, seen, samples: 300, until: 30.0, noise: 0.01, unit: 1.0 };
+    let starts: [&[f64]; 3] =
+        [&[20.0, 18.0, 1.0, 0.0], &[21.0, 19.0, 0.2, 1.1], &[18.0, 19.0, -0.6, 0.7]];
+    let found = plant.found(model, starts);
+    assert_eq!(found.verdict, Verdict::Law, "{}", found.reason);
+    let FoundLaw { terms, .. } = found.law.as_ref().expect("a law");
+    let [term] = &terms[..] else { panic!("{terms:?}") };
+    assert_eq!(term.target, "of_air");
+    assert!(term.formula.contains("(if p > ") && term.formula.contains("(wall - air)"), "{term:?}");
+    let [size, threshold] = &term.coefficients[..] else { panic!("{term:?}") };
+    assert!((size.value - 0.8).abs() < 0.03 && (threshold.value - 0.4).abs() < 0.02, "{term:?}");
 }

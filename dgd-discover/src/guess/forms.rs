@@ -212,7 +212,7 @@ pub(crate) static FORMS: [Form; 35] = [
         value: |x, b| (b + x.abs()).recip(),
         inner: Inner::Parts,
         power: (-1, 1),
-        complexity: 4,
+        complexity: 5,
         ..PLAIN
     },
     Form {

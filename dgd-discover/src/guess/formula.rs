@@ -266,6 +266,7 @@ mod tests {
             .map(|(name, unit)| Factor {
                 name: name.to_owned(),
                 unit: parse_unit(unit).expect("a unit"),
+                difference: None,
             })
             .to_vec()
     }

@@ -243,8 +243,11 @@ mod tests {
     }
 
     fn names() -> Vec<Factor> {
-        let factor =
-            |name: &str| Factor { name: name.to_owned(), unit: parse_unit("m").expect("a unit") };
+        let factor = |name: &str| Factor {
+            name: name.to_owned(),
+            unit: parse_unit("m").expect("a unit"),
+            difference: None,
+        };
         vec![factor("x"), factor("y")]
     }
 

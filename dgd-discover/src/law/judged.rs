@@ -12,6 +12,8 @@ const RIVAL: f64 = VERY_STRONG;
 /// A law replaces templates of the plant that explain the recordings if its cost is lower by this: as much as is asked of
 /// a further effect.
 const BETTER: f64 = 3.0 * VERY_STRONG;
+/// Fraction of the mean square of the residuals that a less plain law has to explain: noise is not known better.
+const RESOLVED: f64 = 0.01;
 /// Least size of a coefficient, in standard deviations.
 const SIGNIFICANT: f64 = 4.0;
 /// Largest number of terms of a plain law.
@@ -139,22 +141,27 @@ pub(super) fn answer(
 /// Laws, the best first, with the plainest of those that the recordings hardly distinguish before the others of the same
 /// equations. Validation recordings count as well: the factor that a law has too much follows the training recordings.
 fn plainest_first(laws: Vec<Inserted>, data: &Data<'_>) -> Vec<Inserted> {
-    let mut left: Vec<(f64, Inserted)> =
-        laws.into_iter().map(|law| (law.cost() + law.fitted.held_out_error(data), law)).collect();
+    let squares = |law: &Inserted| law.fitted.error.0 + law.fitted.held_out_error(data);
+    let with_squares = |law: Inserted| {
+        let squares = squares(&law);
+        (law.cost() - law.fitted.error.0 + squares, squares, law)
+    };
+    let mut left: Vec<(f64, f64, Inserted)> = laws.into_iter().map(with_squares).collect();
     let mut all = Vec::new();
     while !left.is_empty() {
         let targets: BTreeSet<String> =
-            left[0].1.targets().into_iter().map(ToOwned::to_owned).collect();
+            left[0].2.targets().into_iter().map(ToOwned::to_owned).collect();
         let is_there =
             |law: &Inserted| law.targets().into_iter().eq(targets.iter().map(String::as_str));
         let (mut own, others): (Vec<_>, Vec<_>) =
-            left.into_iter().partition(|(_, law)| is_there(law));
-        let least = own.iter().map(|(cost, _)| *cost).fold(f64::INFINITY, f64::min);
-        let alike = own.iter().enumerate().filter(|(_, (cost, _))| *cost <= least + RIVAL);
-        let plainest = alike.min_by_key(|(_, (_, law))| law.complexity());
+            left.into_iter().partition(|(_, _, law)| is_there(law));
+        let least = own.iter().map(|one| one.0).fold(f64::INFINITY, f64::min);
+        let alike = |one: &(f64, f64, Inserted)| one.0 <= least + RIVAL.max(RESOLVED * one.1);
+        let alike = own.iter().enumerate().filter(|(_, one)| alike(one));
+        let plainest = alike.min_by_key(|(_, (_, _, law))| law.complexity());
         let plainest = plainest.map_or(0, |(position, _)| position);
-        all.push(own.remove(plainest).1);
-        all.extend(own.into_iter().map(|(_, law)| law));
+        all.push(own.remove(plainest).2);
+        all.extend(own.into_iter().map(|(_, _, law)| law));
         left = others;
     }
     all
@@ -172,8 +179,13 @@ fn rivals<'a>(laws: impl Iterator<Item = &'a Inserted>, cost: f64) -> Vec<Insert
 }
 
 impl Inserted {
+    /// Whether no equation lacks more than one term.
+    pub(super) fn has_one_term_each(&self) -> bool {
+        self.terms(&self.fitted).len() == self.targets().len()
+    }
+
     /// Whether it is not one of the many sums that follow any recording.
-    pub(super) fn is_plain(&self) -> bool {
+    fn is_plain(&self) -> bool {
         self.terms(&self.fitted).len() <= PLAIN
     }
 

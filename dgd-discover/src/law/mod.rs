@@ -185,7 +185,7 @@ impl Laws<'_> {
             laws = seen(self.together(&equations), all.clone(), Vocabulary::Smooth);
         }
         // Terms that act in one regime only, which a sum of smooth ones follows less plainly.
-        if laws.iter().all(|law| !law.is_plain()) {
+        if !laws.iter().any(Inserted::has_one_term_each) {
             laws.extend(seen(vec![physical], all, Vocabulary::Regimes));
             laws.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         }
@@ -225,27 +225,22 @@ impl Laws<'_> {
         order.sort_by(|a, b| fits[*a].cost().total_cmp(&fits[*b].cost()));
         for k in order.into_iter().take(SIMPLIFIED) {
             if search.fits(&fits[k].fitted) {
-                let simpler = self.simplified(places, begun[k].0, &fits[k]);
-                fits.extend(simpler);
+                fits.extend(self.simplified(places, begun[k].0, &fits[k]));
             }
         }
         self.leaving_noise(fits, search)
     }
 
-    /// A fitted law without what does not pay: factors of its terms, and terms. `None` if all of it does.
+    /// Fitted laws that are simpler than one: without a factor of its terms, or a term, as long as that pays. Those that do
+    /// not pay are among them.
     ///
     /// Terms are ranked along one smoothed course of the states, where a factor may make up for what a simulation does not
     /// need.
-    fn simplified(
-        &self,
-        places: &[Place],
-        proposed: &Proposed,
-        fit: &Inserted,
-    ) -> Option<Inserted> {
+    fn simplified(&self, places: &[Place], proposed: &Proposed, fit: &Inserted) -> Vec<Inserted> {
         let Laws { base, sources, model, data, threads, .. } = *self;
         let sighting = &proposed.sighting;
         let mut draft = fit.draft(&proposed.draft);
-        let (mut best, mut cost) = (None, fit.cost());
+        let (mut all, mut cost) = (Vec::new(), fit.cost());
         while !data.is_over() {
             let simpler = draft.simpler(sighting);
             let fits = in_parallel(self.fitted, simpler.len(), threads, |fitted, k| {
@@ -253,19 +248,15 @@ impl Laws<'_> {
                 let proposed = Proposed { draft: simpler[k].clone(), ..proposed.clone() };
                 Some((k, laws.insert(places, &proposed)?.finished(data)))
             });
-            let fits = fits.into_iter().flatten();
-            let Some((k, next)) = fits.min_by(|(_, a), (_, b)| a.cost().total_cmp(&b.cost()))
-            else {
-                break;
-            };
-            if next.cost() >= cost {
-                break;
-            }
-            cost = next.cost();
-            draft = next.draft(&simpler[k]);
-            best = Some(next);
+            let fits: Vec<(usize, Inserted)> = fits.into_iter().flatten().collect();
+            let best = fits.iter().min_by(|(_, a), (_, b)| a.cost().total_cmp(&b.cost()));
+            let next = best.filter(|(_, next)| next.cost() < cost);
+            let next = next.map(|(k, next)| (next.cost(), next.draft(&simpler[*k])));
+            all.extend(fits.into_iter().map(|(_, fit)| fit));
+            let Some(next) = next else { break };
+            (cost, draft) = next;
         }
-        best
+        all
     }
 
     /// Equations that may lack something together: all; with fewer outputs than equations, where states follow from where
