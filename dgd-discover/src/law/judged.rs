@@ -185,7 +185,7 @@ impl Inserted {
     }
 
     /// Whether it is not one of the many sums that follow any recording.
-    fn is_plain(&self) -> bool {
+    pub(super) fn is_plain(&self) -> bool {
         self.terms(&self.fitted).len() <= PLAIN
     }
 

@@ -42,6 +42,9 @@ use terms::Vocabulary;
 /// Number of sets of each size that are fitted by simulation; half as many each if places are looked at alone, too.
 const OF_EACH_SIZE: [usize; MOST_TERMS] = [8, 4, 4, 4];
 
+/// Largest number of terms if some act in one regime only: with thresholds, more follow any recording.
+const MOST_IN_REGIMES: usize = 2;
+
 /// Number of training recordings that are looked at alone.
 const ALONE: usize = 2;
 
@@ -189,6 +192,10 @@ impl Laws<'_> {
             laws.extend(seen(vec![physical], all, Vocabulary::Regimes));
             laws.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         }
+        // Sums of many terms follow any recording of a few states.
+        if is_hidden {
+            laws.retain(Inserted::is_plain);
+        }
         // Effects that leave more than a law does are not named, even if recordings do not confirm the law.
         if laws.is_empty() && named.is_none() && is_hidden && is_unconfirmed {
             return Looked {
@@ -282,8 +289,11 @@ impl Laws<'_> {
         let mut all: Vec<Proposed> = Vec::new();
         let is_alone = recordings.len() < self.data.train.len();
         let begin = if is_alone { Begin::Alone(recordings.start) } else { Begin::All };
-        let of_each_size =
+        let mut of_each_size =
             if suspected.len() > 1 { OF_EACH_SIZE.map(|n| n.div_ceil(2)) } else { OF_EACH_SIZE };
+        if vocabulary == Vocabulary::Regimes {
+            of_each_size[MOST_IN_REGIMES..].fill(0);
+        }
         for places in suspected {
             if self.data.is_over() {
                 break;
