@@ -5,3 +5,4 @@ mod layers;
 mod map;
 mod source;
 mod unsafety;
+mod words;
