@@ -163,29 +163,29 @@ fn literals(text: &str) -> Vec<(usize, &str)> {
         at = start + 1;
         if rest.starts_with("//") {
             at = start + rest.find('\n').unwrap_or(rest.len());
-        } else if rest.starts_with('\'') {
+        } else if let Some(behind) = rest.strip_prefix('\'') {
             // A character, whose quote may be escaped; a lifetime has no second quote nearby.
-            let escaped = usize::from(rest[1..].starts_with('\\'));
-            let character = rest[1 + escaped..].chars().next().map_or(0, char::len_utf8);
-            if rest[1 + escaped + character..].starts_with('\'') {
+            let escaped = usize::from(behind.starts_with('\\'));
+            let character = behind[escaped..].chars().next().map_or(0, char::len_utf8);
+            if behind[escaped + character..].starts_with('\'') {
                 at = start + 2 + escaped + character;
             }
-        } else if rest.starts_with('"') {
+        } else if let Some(behind) = rest.strip_prefix('"') {
             let fences = text[..start].bytes().rev().take_while(|byte| *byte == b'#').count();
             let is_raw = text[..start - fences].ends_with('r');
             let end = if is_raw {
-                rest[1..].find(&format!("\"{}", "#".repeat(fences)))
+                behind.find(&format!("\"{}", "#".repeat(fences)))
             } else {
                 let mut is_escaped = false;
-                rest[1..].find(|c| {
+                behind.find(|c| {
                     let is_end = c == '"' && !is_escaped;
                     is_escaped = c == '\\' && !is_escaped;
                     is_end
                 })
             };
-            let end = end.unwrap_or(rest.len() - 1);
+            let end = end.unwrap_or(behind.len());
             let line = text[..start].matches('\n').count();
-            found.extend(numbered(&rest[1..1 + end]).map(|(k, text)| (line + k, text)));
+            found.extend(numbered(&behind[..end]).map(|(k, text)| (line + k, text)));
             at = start + end + 2;
         }
         at = at.min(text.len());
