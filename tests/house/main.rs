@@ -3,6 +3,7 @@
 mod dependencies;
 mod layers;
 mod map;
+mod paths;
 mod source;
 mod unsafety;
 mod words;
