@@ -1,4 +1,4 @@
-//! How the code is laid out: which crates and folders may use which, and that each file says what it is for.
+//! How the code is laid out and how it reads: which crates and folders may use which, that files have a purpose and paths exist.
 
 mod dependencies;
 mod layers;
