@@ -1,7 +1,9 @@
-//! How the code is laid out: which crates and folders may use which, and that each file says what it is for.
+//! How the code is laid out and how it reads: which crates and folders may use which, that files have a purpose and paths exist.
 
 mod dependencies;
 mod layers;
 mod map;
+mod paths;
 mod source;
 mod unsafety;
+mod words;

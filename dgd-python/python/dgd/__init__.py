@@ -1,4 +1,4 @@
-"""Models in a small equation language: simulated, differentiated, fitted, and searched for what they lack.
+"""Models in a small equation language: simulates, differentiates and fits them, and searches for missing effects.
 
 >>> import dgd
 >>> m = dgd.load("m.dgd", variant={"flow": "static"})

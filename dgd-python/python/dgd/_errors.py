@@ -1,4 +1,4 @@
-"""Exceptions, and how they are made of what the native module says."""
+"""Exceptions, and their construction from errors of the native module."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """A mistake: its code as ``dgd explain`` takes it, what is wrong, where, and what to do."""
+    """An error: its code for ``dgd explain``, message, position, and remedy."""
 
     code: str
     message: str
@@ -38,45 +38,45 @@ class Diagnostic:
 
     @property
     def span(self) -> Place | None:
-        """The place that matters most."""
+        """The primary position."""
         return self.places[0] if self.places else None
 
 
 class DgdError(Exception):
-    """Whatever dgd raises."""
+    """Base class of all exceptions of dgd."""
 
     #: The mistakes that have a place in a text.
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
 class ModelError(DgdError):
-    """A model, an effect or a library has mistakes; ``diagnostics`` lists them."""
+    """A model, an effect or a library has errors; ``diagnostics`` lists them."""
 
 
 class DataError(DgdError):
-    """A recording or a file cannot be used; ``diagnostics`` lists the mistakes that have a place."""
+    """A recording or a file cannot be used; ``diagnostics`` lists the errors that have a position."""
 
 
 class UsageError(DgdError, ValueError):
-    """What was asked for makes no sense: a name that the model does not have, or options that exclude each other."""
+    """An invalid call: a name that is not in the model, or options that exclude each other."""
 
 
 class SimulationError(DgdError):
-    """A run ended on its way; ``partial`` has what was reached, if anything was."""
+    """A run stopped early; ``partial`` has the results so far, if there are any."""
 
     partial: Simulation | Sensitivity | None = None
 
 
 class FitError(DgdError):
-    """No point could be evaluated, so that there is no best one."""
+    """The model could not be evaluated at any point."""
 
 
 class InternalError(DgdError):
-    """A mistake of dgd itself, to be reported."""
+    """A bug in dgd: please report it."""
 
 
 class DgdWarning(UserWarning):
-    """Something worth knowing about a result."""
+    """A remark about a result."""
 
 
 # Words of the command line that are called otherwise here.
@@ -104,7 +104,7 @@ def pythonic(words: str) -> str:
 
 
 def warn(remarks: Iterable[str], stacklevel: int = 2) -> None:
-    """Warns of all that was remarked; one of the same words only once."""
+    """Issues a warning for each remark; identical ones only once."""
     for words in dict.fromkeys(remarks):
         words = pythonic(words).removeprefix("note: ")
         warnings.warn(words, DgdWarning, stacklevel=stacklevel + 1)
@@ -119,7 +119,7 @@ def _diagnostic(entry: dict[str, Any]) -> Diagnostic:
 
 
 def of_work(kind: str, task: str, message: str, mistakes: str) -> DgdError:
-    """The exception for an error of a piece of work."""
+    """The exception for an error of a task."""
     diagnostics = tuple(_diagnostic(entry) for entry in json.loads(mistakes))
     text = pythonic(message)
     error: DgdError
@@ -141,7 +141,7 @@ def of_work(kind: str, task: str, message: str, mistakes: str) -> DgdError:
 
 
 def _with_units(text: str, diagnostics: tuple[Diagnostic, ...]) -> str:
-    """Says how a frame gets units, where a column has none."""
+    """Explains how to give units to a frame, if a column has none."""
     without = [one for one in diagnostics if one.message.endswith("has no unit")]
     names = [found[1] for one in without if (found := re.search(r"`([^`]+)` has no unit", one.message))]
     if not names:
@@ -151,7 +151,7 @@ def _with_units(text: str, diagnostics: tuple[Diagnostic, ...]) -> str:
 
 
 def internal(words: str) -> InternalError:
-    """The exception for a mistake of dgd itself."""
+    """The exception for a bug in dgd."""
     return InternalError(
         "dgd has made a mistake; please report it with the call, the model, the data and this line: "
         f"dgd {__version__}, {words}"

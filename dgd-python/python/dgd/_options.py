@@ -1,4 +1,4 @@
-"""Options of calls: what they may be, and how the native module takes them."""
+"""Options of calls: their types, and their conversion for the native module."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ _CALLS: dict[str, Any] = {
 
 
 def native(run: Mapping[str, Any], params: Values, start: Start, **calls: Any) -> dict[str, Any]:
-    """The dictionary that the native module takes."""
+    """The dictionary for the native module."""
     for name in run:
         if name not in _DEFAULTS and name != "units":
             known = [*_DEFAULTS, "units"]
@@ -116,7 +116,7 @@ def native(run: Mapping[str, Any], params: Values, start: Start, **calls: Any) -
 
 
 def settings(values: Values) -> list[str]:
-    """Values as the native module takes them, `NAME=VALUE`."""
+    """Values in the format of the native module, `NAME=VALUE`."""
     return [f"{name}={_value(name, value)}" for name, value in (values or {}).items()]
 
 
@@ -147,5 +147,5 @@ def names(value: Names) -> list[str]:
 
 
 def choices(variant: Mapping[str, str] | None) -> list[str]:
-    """Variants as the native module takes them."""
+    """Variants in the format of the native module."""
     return [f"{name}={choice}" for name, choice in (variant or {}).items()]

@@ -19,7 +19,7 @@ Again: "TypeAlias" = "tuple[Model, str, Any, dict[str, Any]]"
 
 
 class _Again:
-    """What never changes, and is pickled as the call that made it: optimisers copy what they minimise."""
+    """An immutable object that is pickled as the call that made it: optimisers copy their objectives."""
 
     def __init__(self, again: Again) -> None:
         self._again = again
@@ -64,7 +64,7 @@ class Problem(_Again):
 
     @property
     def y0(self) -> Array:
-        """Unknowns at the first time, which fulfil the algebraic equations."""
+        """Unknowns at the first time, which satisfy the algebraic equations."""
         return array(self._native.start())
 
     def rhs(self, t: float, y: Any) -> Array:
@@ -99,7 +99,7 @@ class Problem(_Again):
 
 
 class Objective(_Again):
-    """What a fit makes small: half the sum of squares of ``residuals``, as a function of ``x`` in declared units.
+    """The objective of a fit: half the sum of squares of ``residuals``, as a function of ``x`` in declared units.
 
     Residuals are (simulated - measured) / noise of all samples, and (p - mean) / std of priors. The objective is the
     negative logarithm of the likelihood but for a constant.
@@ -147,7 +147,7 @@ class Objective(_Again):
         return gradient
 
     def hessian(self, x: Any) -> Array:
-        """Its Hessian, as far as first derivatives of the residuals say: Gauss and Newton's."""
+        """Its Gauss–Newton Hessian, from first derivatives of the residuals."""
         jacobian = self.jacobian(x)
         hessian: Array = jacobian.T @ jacobian
         return hessian

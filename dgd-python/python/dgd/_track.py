@@ -1,4 +1,4 @@
-"""States and parameters on line, a row in and the estimates out."""
+"""Online estimation of states and parameters, row by row."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Estimates:
-    """What is known after a row: ``states`` and ``params`` by name, ``innovations`` (measured less predicted) of outputs.
+    """Estimates after a row: ``states`` and ``params`` by name, ``innovations`` (measured less predicted) of outputs.
 
-    ``nis`` is the normalised square of the innovations: about as large as there are samples, where the model holds.
-    ``alarm`` is ``"diverged"`` from the row on in which the filter has lost its way, until ``"recovered"``; ``failure``
-    says why the model could not be evaluated in this row.
+    ``nis`` is the normalised square of the innovations: on average the number of samples, if the model is right.
+    ``alarm`` is ``"diverged"`` from the row on in which the filter diverged, until ``"recovered"``; ``failure`` is
+    the reason why the model could not be evaluated in this row.
     """
 
     time: float
@@ -52,10 +52,10 @@ class Estimates:
 
 
 class Tracker:
-    """States and parameters on line: ``update(row)`` takes a row as it comes and gives the estimates after it.
+    """Online estimation: ``update(row)`` takes a row as it arrives and returns the estimates after it.
 
-    A row is a dictionary, or a row of a frame: ``time`` in s or a stamp, the inputs and what was measured. The first row
-    says which columns there are; one that a later row leaves out was not read then. ``close()`` ends it.
+    A row is a dictionary, or a row of a frame: ``time`` in s or a timestamp, the inputs and measurements. The first row
+    defines the columns; values missing from a later row count as not measured. ``close()`` ends it.
     """
 
     def __init__(self, native: _dgd.Tracker, units: Units, declared: Mapping[str, str]) -> None:
@@ -70,8 +70,8 @@ class Tracker:
     def update(self, row: Any) -> Estimates:
         """Takes a row.
 
-        Raises :class:`DataError` where it cannot be read, which ends the tracker, and :class:`SimulationError` where the
-        model could not be evaluated in many rows on end.
+        Raises :class:`DataError` if the row cannot be read, which ends the tracker, and :class:`SimulationError` if the
+        model could not be evaluated in many consecutive rows.
         """
         cells, units = _cells(row)
         text, lines = "", 1
@@ -110,7 +110,7 @@ class Tracker:
         return ",".join(headers)
 
     def run(self, data: Any) -> list[Estimates]:
-        """Takes all rows of a recording, and ends."""
+        """Processes all rows of a recording, and ends."""
         raw = _raw(data)
 
         def header(name: str) -> str:
@@ -125,7 +125,7 @@ class Tracker:
         return found
 
     def close(self) -> list[str]:
-        """Ends it; what there is to say of all rows."""
+        """Ends it, and returns the summary of all rows."""
         return [pythonic(words) for words in self._native.close()]
 
     def __enter__(self) -> Tracker:

@@ -1,4 +1,4 @@
-"""What a recording from Python is before dgd reads it: columns, their units, and when it began."""
+"""Recordings from Python, as passed to dgd: columns, units, and start time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def split(header: str) -> tuple[str, str | None]:
 
 @dataclass
 class Raw:
-    """Columns as a frame has them, the time apart.
+    """Columns of a frame, with the time separate.
 
     ``time`` is numbers, stamps or durations; its header says the unit of numbers.
     """
@@ -40,7 +40,7 @@ class Raw:
 
 @dataclass
 class Prepared:
-    """A recording as the native module takes it, and what results remember of it."""
+    """A recording in the format of the native module, with the information that results keep."""
 
     argument: Any
     #: The stamp of the first sample, where times are stamps.
@@ -51,7 +51,7 @@ class Prepared:
 def prepare(
     raw: Raw, units: Mapping[str, str] | str | None, declared: Mapping[str, str], name: str
 ) -> Prepared:
-    """Columns with headers. ``declared`` has the units of what the model knows."""
+    """Columns with headers. ``declared`` has the units of the names in the model."""
     given = _units(raw, units, declared)
     columns: list[tuple[str, Array]] = []
     origin = None
@@ -82,7 +82,7 @@ def prepare(
 def _units(
     raw: Raw, units: Mapping[str, str] | str | None, declared: Mapping[str, str]
 ) -> Callable[[str, str | None], str | None]:
-    """The unit of a column by its name and what its header says."""
+    """The unit of a column, from its name and its header."""
     if isinstance(units, str):
         if units != "declared":
             raise UsageError(f'`units` is a dictionary, or "declared" for the model\'s own: {units!r}')
@@ -100,7 +100,7 @@ def _units(
 
 
 def _numbers(values: Any) -> Array | None:
-    """Numbers as they are, what is missing as NaN; nothing where there is something else."""
+    """Numbers, with NaN for missing values; None if there are other values."""
     try:
         array = np.asarray(values)
         if array.ndim != 1 or array.dtype.kind in "mM":
@@ -122,7 +122,7 @@ def _is_missing(value: Any) -> bool:
 def _time(
     header: str, values: Any, unit_of: Callable[[str, str | None], str | None]
 ) -> tuple[str, Array, np.datetime64 | None]:
-    """Header and numbers of the time; the first stamp, where there are stamps."""
+    """Header and values of the time, and the first timestamp, if there are any."""
     array = np.asarray(values)
     if array.dtype.kind in "OU":
         array = _stamps(array)
@@ -142,14 +142,14 @@ def _time(
 
 
 def _seconds(spans: NDArray[np.timedelta64]) -> Array:
-    """Whole nanoseconds to seconds, rounded once, as a data file's stamps are."""
+    """Integer nanoseconds to seconds, rounded once, like timestamps in a data file."""
     seconds = spans.astype(np.int64) / 1e9
     seconds[np.isnat(spans)] = np.nan
     return seconds
 
 
 def _stamps(array: NDArray[Any]) -> NDArray[Any]:
-    """Objects of `datetime` or texts as stamps, those with a zone in UTC."""
+    """`datetime` objects or texts as timestamps; those with a zone in UTC."""
     from datetime import datetime, timedelta, timezone
 
     def parsed(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Results out: columns over time as frames of other packages, which are loaded when they are asked for."""
+"""Results as columns over time, convertible to frames of other packages, which are imported on demand."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .bytes import Array
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a result: its name, the unit of its values, and what it is."""
+    """A column of a result: its name, the unit of its values, and its kind."""
 
     name: str
     unit: str
@@ -42,7 +42,7 @@ class Series:
 
     @property
     def stamps(self) -> NDArray[np.datetime64] | None:
-        """Times as stamps in UTC, or nothing where the recording has none."""
+        """Times as UTC timestamps, or None if the recording has none."""
         if self.origin is None:
             return None
         spans = np.rint(self.time * 1e9).astype("timedelta64[ns]")
@@ -64,7 +64,7 @@ class Series:
         return len(self._by_name)
 
     def keys(self) -> list[str]:
-        """Names of the columns besides the time."""
+        """Names of the columns, without the time."""
         return list(self._by_name)
 
     def to_dict(self) -> dict[str, Any]:
@@ -89,7 +89,7 @@ class Series:
         return frame
 
     def to_polars(self) -> Any:
-        """A `polars.DataFrame`, whose columns are called ``name [unit]``: it has no place for units."""
+        """A `polars.DataFrame`, whose columns are called ``name [unit]``, because it has no metadata for units."""
         import polars
 
         return polars.DataFrame(self._with_headers())

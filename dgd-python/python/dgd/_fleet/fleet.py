@@ -1,4 +1,4 @@
-"""Pieces of a job on a cluster of Dask."""
+"""Pieces of a job on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -40,33 +40,33 @@ def fleet(
     retry: bool = False,
     patience: float = 300.0,
 ) -> Fleet:
-    """Computes the pieces of a job file that have no result, on a cluster of Dask.
+    """Computes the pieces of a job file that have no result, on a Dask cluster.
 
     >>> for piece in dgd.fleet("fleet.json", into="results", cluster="tcp://head:8786"):
     ...     print(piece.well, piece.what, piece.state)
 
-    All pieces come out, those that had a result first and the others as they are finished. The job file, what it names and
-    `into` lie where the workers find them by the same paths. What has been done is what the folder `into` has: a call that was
-    ended goes on when it is made again, on this cluster, on another one, or as `dgd job run`.
+    The iterator yields all pieces, first those that already had a result, then the others as they finish. Workers must
+    find the job file, its files and `into` under the same paths. The folder `into` is the record of progress: repeat an
+    interrupted call to continue it, on this cluster, on another one, or with `dgd job run`.
 
     ========== =========================================================================================
     jobs       the job file, as ``dgd job run`` takes it
     into       the folder of the results
-    cluster    a client or a cluster of Dask, or the address of a scheduler; this machine without one
-    threads    threads for each piece; those of the job file
-    memory     most memory for each piece, such as ``"2 GB"``; that of the job file
-    retry      also computes pieces again that failed
-    patience   how long a scheduler may be away, s, before this gives up
+    cluster    a Dask client or cluster, or the address of a scheduler; default: this machine
+    threads    threads per piece; default: that of the job file
+    memory     memory limit per piece, such as ``"2 GB"``; default: that of the job file
+    retry      also compute failed pieces again
+    patience   how long to wait for a scheduler that disappeared, s
     ========== =========================================================================================
 
-    Workers of another build or type of machine, and those without room for a piece, are refused with a warning. Where all
-    are, this raises a :class:`DgdError`.
+    Workers with another build or type of machine, and those without room for a piece, are refused with a warning. If all
+    are refused, this raises a :class:`DgdError`.
     """
     return Fleet(jobs, into, cluster, threads=threads, memory=memory, retry=retry, patience=patience)
 
 
 class Fleet:
-    """The pieces of a job, as :func:`fleet` computes them: iterated over, or all at once by :meth:`wait`."""
+    """The pieces of a job, computed by :func:`fleet`: iterate over them, or :meth:`wait` for all."""
 
     def __init__(
         self,
@@ -111,7 +111,7 @@ class Fleet:
         return sorted(self, key=lambda piece: piece.index)
 
     def summary(self) -> dict[str, Any]:
-        """What the fleet says so far, as ``dgd job report --format json``."""
+        """The report so far, as ``dgd job report --format json``."""
         found: dict[str, Any] = json.loads(
             said(["job", "report", str(self._job), "--into", str(self._into), "--format", "json"])
         )
@@ -143,7 +143,7 @@ class Fleet:
 
 
 class _Connection:
-    """A client, and how another one is made when its scheduler was away."""
+    """A client that reconnects after its scheduler disappeared."""
 
     def __init__(self, cluster: Any, patience: float) -> None:
         try:
@@ -182,7 +182,7 @@ class _Connection:
                 time.sleep(_LOOKS)
 
     def again(self) -> None:
-        """Connects to the scheduler that has come in the place of the one before."""
+        """Connects to the scheduler that replaced the previous one."""
         if self.client in self._owned:
             self._owned.remove(self.client)
             # What it says of a scheduler that is away is known.
@@ -191,14 +191,14 @@ class _Connection:
         self.client = self._connected()
 
     def close(self) -> None:
-        """Closes what was opened here."""
+        """Closes connections that were opened here."""
         while self._owned:
             with suppress(TimeoutError):
                 self._owned.pop().close()
 
 
 class _Distribution:
-    """Pieces on their way to workers and back."""
+    """Submitted pieces and their results."""
 
     def __init__(self, fleet: Fleet, connection: _Connection, todo: deque[Listed]) -> None:
         self._fleet, self._connection, self._todo = fleet, connection, todo
@@ -215,11 +215,11 @@ class _Distribution:
         self._asker = ThreadPoolExecutor(_ASKED_AT_ONCE)
 
     def close(self) -> None:
-        """Asks nobody any more."""
+        """Stops polling workers."""
         self._asker.shutdown(wait=False, cancel_futures=True)
 
     def run(self) -> Iterator[Piece]:
-        """Pieces as they are finished."""
+        """Yields pieces as they finish."""
         while self._todo or self._under_way:
             try:
                 self._look()
@@ -247,7 +247,7 @@ class _Distribution:
         return bool(self._connection.client.status != "running")
 
     def _begin_again(self) -> Iterator[Piece]:
-        """Goes on with another connection: pieces that were finished in the meantime have results."""
+        """Continues with another connection; pieces finished in the meantime have results."""
         lost = [listed for listed, _ in self._under_way.values()]
         self._under_way.clear()
         self._workers.clear()
@@ -265,7 +265,7 @@ class _Distribution:
                 yield found
 
     def _look(self) -> None:
-        """Asks workers that have come whether they compute pieces, and forgets those that have gone."""
+        """Checks whether new workers compute pieces, and drops those that left."""
         if time.monotonic() < self._looked + _LOOKS:
             return
         client, refused = self._connection.client, self._fleet.refused
@@ -295,7 +295,7 @@ class _Distribution:
         self._looked = time.monotonic()
 
     def _release(self) -> None:
-        """Takes back pieces that wait for workers which are all gone."""
+        """Withdraws pieces that wait for workers, if all of these left."""
         for future, (listed, workers) in list(self._under_way.items()):
             if not any(one in self._workers for one in workers) and not future.done():
                 del self._under_way[future]
@@ -303,7 +303,7 @@ class _Distribution:
                 self._todo.append(listed)
 
     def _submit(self) -> None:
-        """Keeps as many pieces at the scheduler as keep all workers busy."""
+        """Submits enough pieces to keep all workers busy."""
         workers = list(self._workers)
         most = _AHEAD * sum(self._workers.values())
         while self._todo and len(self._under_way) < most:
@@ -316,7 +316,7 @@ class _Distribution:
             future.add_done_callback(self._ended.put)
 
     def _taken(self, future: Future, listed: Listed) -> Piece | None:
-        """What became of a piece; None where it is to be done once more."""
+        """The outcome of a piece; None if it must be repeated."""
         if future.status == "finished":
             state, reason = future.result()
             future.release()
@@ -340,7 +340,7 @@ class _Distribution:
         return None
 
     def _given_up(self, listed: Listed) -> Piece | None:
-        """Writes a result for a piece that ends workers."""
+        """Records a piece that crashes workers as failed."""
         reason = "its worker was ended each time that it was tried, as systems do that run out of memory"
         child = on_worker.Child()
         child.ask({"perform": {**listed.task, "given_up": reason}})
@@ -349,7 +349,7 @@ class _Distribution:
 
 
 def _bytes(text: str) -> int:
-    """A size as people write it."""
+    """Formats a size for people."""
     units = {"B": 1, "kB": 1e3, "KB": 1e3, "MB": 1e6, "GB": 1e9, "KiB": 1024, "MiB": 1024**2, "GiB": 1024**3}
     digits = text.rstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz ")
     unit = units.get(text[len(digits) :].strip())
@@ -363,7 +363,7 @@ def _bytes(text: str) -> int:
 
 
 def _by_value() -> None:
-    """Has workers be sent the code of this module's sibling, so that they need none of their own."""
+    """Sends workers the code of `worker.py` by value, so they need no copy."""
     import cloudpickle
 
     cloudpickle.register_pickle_by_value(on_worker)

@@ -1,4 +1,4 @@
-"""What there is to do, as the command lists it, and what the store has of it."""
+"""The pieces that the command lists, and their results in the store."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ class Piece:
 
     @property
     def document(self) -> dict[str, Any]:
-        """All that the file says."""
+        """The contents of the file."""
         if not self._cache:
             self._cache.update(json.loads(self.path.read_text(encoding="utf-8")))
         return self._cache
 
     @property
     def result(self) -> dict[str, Any] | None:
-        """What the command says to programs; None where it failed."""
+        """The JSON result of the command; None if it failed."""
         result: dict[str, Any] | None = self.document.get("result")
         return result
 
     @property
     def error(self) -> str | None:
-        """Why it failed."""
+        """The reason of the failure."""
         error: str | None = self.document.get("error")
         return error
 
@@ -71,7 +71,7 @@ class Listed:
         return str(self.task["name"])
 
     def found(self) -> Piece | None:
-        """The piece with its result, where the store has one by now."""
+        """The piece with its result, if the store has one by now."""
         for state in ("done", "failed"):
             # …/STATE/ab/abcd….json
             path = self.path.parents[2] / state / self.path.parent.name / self.path.name
@@ -94,7 +94,7 @@ class Listing:
 
     @staticmethod
     def of(job: Path, into: Path, threads: int | None) -> Listing:
-        """What the command lists."""
+        """The pieces listed by the command."""
         words = ["job", "tasks", str(job), "--into", str(into)]
         if threads is not None:
             words += ["--threads", str(threads)]
@@ -124,7 +124,7 @@ def _lines(words: list[str]) -> Iterator[dict[str, Any]]:
 
 
 def said(words: list[str]) -> str:
-    """What the command prints."""
+    """The output of the command."""
     done = subprocess.run(
         [*COMMAND, *words], capture_output=True, text=True, encoding="utf-8", check=False
     )

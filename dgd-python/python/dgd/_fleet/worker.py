@@ -1,4 +1,4 @@
-"""What runs in a worker of Dask: child processes that compute pieces, as many at a time as the worker has room for.
+"""Code that runs in a Dask worker: child processes that compute pieces, as many at a time as the worker has room for.
 
 It goes to workers by value: they need the command of dgd, and no Python of it. A child ends with its worker, as its
 standard input does.
@@ -30,7 +30,7 @@ class Child:
         )
 
     def ask(self, question: Any) -> Any:
-        """Its answer; None where it has ended instead."""
+        """Its answer; None if it ended instead."""
         assert self.process.stdin is not None and self.process.stdout is not None
         try:
             self.process.stdin.write(json.dumps(question) + "\n")
@@ -73,7 +73,7 @@ class Room:
             self.idle.append(child)
 
     def perform(self, task: dict[str, Any]) -> str:
-        """What became of a piece: `done` or `failed`."""
+        """The outcome of a piece: `done` or `failed`."""
         with self.free:
             how = ""
             for attempt in range(ATTEMPTS + 1):
@@ -93,7 +93,7 @@ class Room:
 
 
 def refusal(worker: Any, identity: dict[str, str], threads: int, memory: int | None) -> str | None:
-    """Why a worker cannot compute pieces, in a sentence; None where it can, and then it has room for them."""
+    """The reason why a worker cannot compute pieces; None if it can, and has room for them."""
     try:
         child = Child()
         answer = child.ask("identity")
@@ -125,7 +125,7 @@ def refusal(worker: Any, identity: dict[str, str], threads: int, memory: int | N
 
 
 def difference(found: dict[str, str], wanted: dict[str, str]) -> str | None:
-    """What a build differs in; None where it does not."""
+    """The difference between builds; None if they agree."""
     if found["version"] != wanted["version"]:
         return f"dgd {found['version']}, not {wanted['version']}"
     if found["platform"] != wanted["platform"]:
@@ -138,7 +138,7 @@ def difference(found: dict[str, str], wanted: dict[str, str]) -> str | None:
 
 
 def perform(task: dict[str, Any], identity: dict[str, str], threads: int, memory: int | None) -> tuple[str, str]:
-    """Computes a piece in a worker: what became of it, or `refused` with the reason."""
+    """Computes a piece in a worker: its outcome, or `refused` with the reason."""
     from distributed import get_worker
 
     worker: Any = get_worker()
@@ -153,11 +153,11 @@ def perform(task: dict[str, Any], identity: dict[str, str], threads: int, memory
 
 
 def probe(identity: dict[str, str], threads: int, memory: int | None, dask_worker: Any = None) -> str | None:
-    """Whether a worker computes pieces: None, or why it does not."""
+    """None if a worker computes pieces, else the reason why it does not."""
     with _lock_of(dask_worker):
         return refusal(dask_worker, identity, threads, memory)
 
 
 def _lock_of(worker: Any) -> Any:
-    """A lock that all who are sent to a worker share."""
+    """A lock shared by all tasks of a worker."""
     return worker.__dict__.setdefault("dgd_lock", threading.Lock())

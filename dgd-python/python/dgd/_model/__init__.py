@@ -1,1 +1,1 @@
-"""Models: what they declare, and what can be asked of them."""
+"""Models: their declarations and methods."""

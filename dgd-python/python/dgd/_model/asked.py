@@ -1,4 +1,4 @@
-"""How calls are handed over: recordings, and the line that makes a result again."""
+"""Passes calls to the native module: recordings, and the line that reproduces a result."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Ran = tuple[_dgd.Run, "np.datetime64 | None", str, str]
 
 
 class Asked(Declared):
-    """A model of which something is asked."""
+    """A model with helpers for calls."""
 
     def _units(self) -> dict[str, str]:
-        """Units of all that a recording may have."""
+        """Units of all columns that a recording may have."""
         kinds = ("inputs", "outputs", "states")
         declared = {entry["name"]: entry["unit"] for kind in kinds for entry in self._facts[kind]}
         # An output named like a state is read in its own unit.
@@ -30,7 +30,7 @@ class Asked(Declared):
         return declared
 
     def _known(self, run: RunOptions) -> dict[str, str]:
-        """The same, with the names that columns are given others for."""
+        """Units by column name, including renamed columns."""
         known = self._units()
         for column, name in (run.get("rename") or {}).items():
             known.setdefault(column, known.get(name, ""))
@@ -56,7 +56,7 @@ class Asked(Declared):
         start: Start,
         **calls: Any,
     ) -> Ran:
-        """What a method of the native model says of one recording."""
+        """The result of a method of the native model for one recording."""
         options = native(run, params, start, **calls)
         given = self._recording(data, run)
         found = method(given.argument if given else None, options)
@@ -64,7 +64,7 @@ class Asked(Declared):
         return found, origin, name, self._line(method.__name__, given, params=params, start=start, **calls, **run)
 
     def _line(self, what: str, given: Prepared | list[Prepared] | None, **options: Any) -> str:
-        """The line of Python that makes a result again, for its page."""
+        """The line of Python that reproduces a result, for its page."""
         variant, set_before, applied = self._native.choices
         shown = [repr(self.path)]
         if variant:
@@ -82,7 +82,7 @@ class Asked(Declared):
 
 
 def arguments(prepared: Iterable[Prepared]) -> list[Any]:
-    """Recordings as the native module takes them."""
+    """Recordings in the format of the native module."""
     return [one.argument for one in prepared]
 
 

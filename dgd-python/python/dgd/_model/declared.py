@@ -1,4 +1,4 @@
-"""What a model declares."""
+"""Declarations of a model."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .._show.table import number, table
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a model declares: a constant, parameter, input, state or output. Numbers are in ``unit``.
+    """A declaration of a model: constant, parameter, input, state or output. Numbers are in ``unit``.
 
     ``value`` is that of a constant or parameter, or what a state starts with where that is a number; ``noise`` is the
     standard deviation of an output's sensor.
@@ -31,7 +31,7 @@ class Quantity:
 
 
 class Declared:
-    """What a model declares, and how a notebook shows it."""
+    """The declarations of a model, and its representation in a notebook."""
 
     def __init__(self, native_model: _dgd.Model) -> None:
         self._native = native_model
@@ -44,7 +44,7 @@ class Declared:
 
     @property
     def doc(self) -> str:
-        """What its text says of it."""
+        """Its documentation in the text."""
         return str(self._facts["doc"])
 
     @property
@@ -54,7 +54,7 @@ class Declared:
 
     @property
     def text(self) -> str:
-        """Its text, with the effects that were applied."""
+        """Its text, including applied effects."""
         return self._native.text
 
     @property
@@ -94,12 +94,12 @@ class Declared:
 
     @property
     def variants(self) -> dict[str, str]:
-        """What is chosen of each variant."""
+        """The choice of each variant."""
         return {entry["name"]: entry["chosen"] for entry in self._facts["variants"]}
 
     @property
     def description(self) -> dict[str, Any]:
-        """All that ``dgd check --format json`` tells."""
+        """The result of ``dgd check --format json``."""
         described: dict[str, Any] = json.loads(self._native.description)
         return described
 

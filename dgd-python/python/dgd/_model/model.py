@@ -1,4 +1,4 @@
-"""Models: loading them, and what can be asked of them."""
+"""Models: loading, and their methods."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def load(
     values; ``apply`` lists effects: files, or names from the folder ``effects`` beside the model, with arguments in
     parentheses.
 
-    Raises :class:`ModelError` with the mistakes, and `OSError` where there is no such file.
+    Raises :class:`ModelError` with the errors, and `OSError` if there is no such file.
     """
     # What cannot be opened raises what Python says of it.
     with open(path, "rb"):
@@ -55,7 +55,7 @@ def parse(
     params: Values = None,
     apply: str | Sequence[str] = (),
 ) -> Model:
-    """The same of a text. ``name`` is what mistakes call it, and where its imports and effects are looked for."""
+    """Like :func:`load`, for a text. ``name`` names it in errors, and is the path that imports and effects are relative to."""
     texts = [(name, text.encode())]
     return _loaded(name, texts, choices(variant), settings(params), _effects(apply))
 
@@ -75,7 +75,7 @@ def _loaded(
 def _restored(
     version: str, path: str, texts: list[tuple[str, bytes]], variant: list[str], set: list[str], apply: list[str]
 ) -> Model:
-    """A model from what a pickle has of it."""
+    """Restores a model from a pickle."""
     if version != _dgd.__version__:
         words = f"the model was pickled by dgd {version} and is compiled by {_dgd.__version__}: numbers may differ"
         warnings.warn(words, DgdWarning, stacklevel=2)
@@ -83,9 +83,9 @@ def _restored(
 
 
 class Model(Pointwise):
-    """A model: what it declares, and what can be asked of it. It never changes, and any thread may use it.
+    """A model: its declarations and methods. It is immutable, and any thread may use it.
 
-    A pickle has its texts and options and the version of dgd. ``load`` and ``parse`` make one.
+    ``load`` and ``parse`` create models. A pickle contains the texts, the options and the version of dgd.
     """
 
     def changed(
@@ -95,7 +95,7 @@ class Model(Pointwise):
         params: Values = None,
         apply: str | Sequence[str] | None = None,
     ) -> Model:
-        """Another model of the same texts: other variants and values beside those chosen, and other effects."""
+        """The same texts with these variants and values in addition to the present ones, and with these effects."""
         chosen, set_before, applied = self._native.choices
         kept = [one for one in chosen if one.split("=")[0] not in (variant or {})]
         left = [one for one in set_before if one.split("=")[0] not in (params or {})]
@@ -103,7 +103,7 @@ class Model(Pointwise):
         return _loaded(self.path, self._native.texts, kept + choices(variant), left + settings(params), effects)
 
     def _with_text(self, text: str, is_whole: bool) -> Model:
-        """The model with another text, which has effects and settings in it."""
+        """The model with another text, which includes effects and settings."""
         variant, set_before, _ = self._native.choices
         kept = {path: content for path, content in self._native.texts}
         kept[self.path] = text.encode()
@@ -124,14 +124,15 @@ class Model(Pointwise):
         ``data`` is a frame of pandas, polars, xarray or pyarrow, a dictionary of arrays, a structured array, an earlier
         simulation or the path of a file. Its columns are called as in the model, ``time`` among them, or the index is
         the time. Units come from attributes, from names as ``"p_r [bar]"``, or from ``units``. A model without inputs
-        needs none, but ``until``.
+        needs no data, but ``until``.
 
-        ``params`` sets parameters, constants and sizes, ``start`` start values, both in declared units; ``start=
-        "measured"`` takes them from the first readings, ``"steady"`` begins at the steady state. ``every`` is the time between rows, s. ``noise_seed`` adds noise
-        of the declared size to the outputs. The other options are those of :class:`dgd._options.RunOptions`: units,
-        rename, from_, until, method, steps, rtol, atol, engine, seed, threads.
+        ``params`` sets parameters, constants and sizes, ``start`` initial values, both in declared units;
+        ``start="measured"`` takes them from the first measurements, ``"steady"`` begins at the steady state. ``every``
+        is the time between rows, s. ``noise_seed`` adds noise of the declared size to the outputs. The other options are
+        those of :class:`dgd._options.RunOptions`: units, rename, from_, until, method, steps, rtol, atol, engine, seed,
+        threads.
 
-        Raises :class:`SimulationError`, whose ``partial`` has what was reached, :class:`DataError` and
+        Raises :class:`SimulationError`, whose ``partial`` has the results so far, :class:`DataError` and
         :class:`UsageError`.
         """
         ran = self._ran(self._native.simulate, data, run, params, start, every=every, noise_seed=noise_seed)
@@ -149,10 +150,10 @@ class Model(Pointwise):
         every: float | None = None,
         **run: Unpack[RunOptions],
     ) -> Sensitivity:
-        """Derivatives of states and outputs ``of`` to parameters, or start values of states, ``to``, over time.
+        """Derivatives of states and outputs ``of`` to parameters, or initial values of states, ``to``, over time.
 
-        All states and outputs, and all parameters, where nothing is named. ``scaled`` multiplies each derivative by its
-        parameter. The rest is as for :meth:`simulate`.
+        The defaults are all states and outputs, and all parameters. ``scaled`` multiplies each derivative by its
+        parameter. The other options are those of :meth:`simulate`.
         """
         wanted: dict[str, Any] = dict(of=names(of), to=names(to), scaled=scaled, every=every)
         ran = self._ran(self._native.sensitivity, data, run, params, start, **wanted)
@@ -182,20 +183,21 @@ class Model(Pointwise):
         progress: Progress = None,
         **run: Unpack[RunOptions],
     ) -> Fit:
-        """Parameters and start values from recordings, tested on others.
+        """Estimates parameters and initial values from recordings, and tests them on others.
 
-        ``data`` and ``valid`` are lists of recordings, dictionaries of them by name, or one of them; what a recording
-        can be is said at :meth:`simulate`. ``free`` and ``fix`` name parameters that are estimated, or not; ``outputs``
-        those that are compared. ``params`` and ``start`` are first guesses. ``starts`` fits from so many starting points
-        and keeps the best; ``spread`` draws them around the ``"values"`` or from all that lies between the ``"bounds"``.
+        ``data`` and ``valid`` are lists of recordings, dictionaries of them by name, or single recordings as in
+        :meth:`simulate`. ``free`` and ``fix`` name parameters to estimate, or not; ``outputs`` names the outputs to
+        compare. ``params`` and ``start`` are initial guesses. ``starts`` is the number of starting points, of which the
+        best fit is kept; ``spread`` draws them around the ``"values"`` or from the range between the ``"bounds"``.
         ``noise`` is ``"estimated"`` or ``"declared"``, ``loss`` ``"squares"``, ``"huber"``,
         ``"cauchy"`` or ``"tukey"``, ``estimator`` one of ``dgd fit --estimator``. ``profile`` names estimates whose
-        intervals are found by profile likelihood, ``bootstrap`` is a number of refits to resampled residuals.
-        ``progress`` is ``True``, ``False``, or a function that is called with what is counted, how many are done, how
-        many there will be, and whether that is only the most.
+        intervals are computed by profile likelihood, ``bootstrap`` is the number of refits to resampled residuals.
+        ``progress`` is ``True``, ``False``, or a function that is called with the unit of work, the number done, the
+        total, and whether that is only an upper limit.
 
-        Ctrl-C ends it with the best so far. A fit that ended in no minimum is a result with ``converged == False`` and a
-        warning. Raises :class:`FitError` only where no point could be evaluated.
+        Ctrl-C ends the fit with the best result so far. A fit that did not converge is a result with
+        ``converged == False`` and a warning. Raises :class:`FitError` only if the model cannot be
+        evaluated at any point.
         """
         slow = [f"{name}={value!r}" for name, value in (steady or {}).items()]
         calls: dict[str, Any] = dict(
@@ -247,10 +249,10 @@ class Model(Pointwise):
         progress: Progress = None,
         **run: Unpack[RunOptions],
     ) -> Discovery:
-        """What the model lacks: where it and the recordings disagree, and which known effect is missing.
+        """Finds where the model and the recordings disagree, and which known effect is missing.
 
-        ``data`` and ``valid`` are as for :meth:`fit`. ``effects`` lists folders of effects besides that beside the
-        model. ``budget`` is how long it may take, s. Ctrl-C ends it with the best so far.
+        ``data`` and ``valid`` are as for :meth:`fit`. ``effects`` lists folders of effects in addition to the one beside
+        the model. ``budget`` is a time limit, s. Ctrl-C ends the search with the best result so far.
         """
         folders = [effects] if isinstance(effects, str) else [os.fspath(folder) for folder in effects]
         calls = dict(effects=folders, free=names(free), fix=names(fix), budget=budget)
@@ -282,10 +284,10 @@ class Model(Pointwise):
         start: Start = None,
         **run: Unpack[RunOptions],
     ) -> Tracker:
-        """States and parameters on line: ``t = m.track(); t.update(row)`` for each row as it comes.
+        """Online estimation of states and parameters: ``t = m.track(); t.update(row)`` for each row as it arrives.
 
         ``estimator`` is ``"ekf"``, ``"ukf"`` or ``"recursive"``. ``process_noise`` has standard deviations of random
-        walks after one minute, ``start_std`` those at first, ``noise`` those of outputs, each by name and in declared
+        walks after one minute, ``start_std`` initial ones, ``noise`` those of outputs, each by name and in declared
         units. Samples more than ``gate`` standard deviations from their prediction are ignored.
         """
         options = native(
@@ -318,7 +320,7 @@ class Model(Pointwise):
 
 
 def _whole(result: OfRun, found: _dgd.Run) -> OfRun:
-    """A result that goes to its end."""
+    """The result of a complete run; raises for a run that stopped early."""
     # Of the call two levels up.
     warn(found.remarks, stacklevel=3)
     if found.stopped is None:

@@ -1,4 +1,4 @@
-"""A model point by point: its equations, and what a fit makes small."""
+"""A model evaluated point by point: its equations, and the objective of a fit."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Pointwise(Asked):
-    """A model of which numbers at single points are asked."""
+    """A model that can be evaluated at single points."""
 
     def __init__(self, native_model: _dgd.Model) -> None:
         super().__init__(native_model)
@@ -72,9 +72,9 @@ class Pointwise(Asked):
         start: Start = None,
         **run: Unpack[RunOptions],
     ) -> Objective:
-        """What a fit makes small, as a function of what it estimates: for SciPy, pyPESTO and samplers.
+        """The objective of a fit as a function of the estimates: for SciPy, pyPESTO and samplers.
 
-        ``noise`` has standard deviations of outputs in their units, in place of those that the model declares.
+        ``noise`` has standard deviations of outputs in their units, instead of the declared ones.
         """
         options = native(run, params, start, free=names(free), fix=names(fix), outputs=names(outputs), noise="declared")
         train, _ = self._recordings(data, None, run)
@@ -84,7 +84,7 @@ class Pointwise(Asked):
         return Objective(found, self._again("objective", data, **given, **run))
 
     def _again(self, what: str, data: Any, **options: Any) -> Again:
-        """A call, to be made again."""
+        """A call that can be repeated."""
         if TYPE_CHECKING:
             assert isinstance(self, Model)
         return self, what, data, options
@@ -98,7 +98,7 @@ class Pointwise(Asked):
         return equations, _by_name(equations.inputs, inputs, None), p
 
     def _equations(self, inputs: Mapping[str, float] | None) -> _dgd.Equations:
-        """The equations at constant inputs, which calls replace."""
+        """The equations at constant inputs, which each call sets."""
         if self._plain is None:
             constant = None
             if self.inputs:
@@ -111,7 +111,7 @@ class Pointwise(Asked):
 
 
 def _by_name(known: list[tuple[str, str]], asked: Mapping[str, float] | None, standard: Array | None) -> bytes | None:
-    """Numbers by name in the order of what is known; of those that are not given the standard."""
+    """Numbers by name in the order of the names; default values for missing ones."""
     if not known or asked is None:
         return None
     order = [name for name, _ in known]

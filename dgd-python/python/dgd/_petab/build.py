@@ -1,4 +1,4 @@
-"""A network and the tables of its problem, put together to the model that is written."""
+"""Combines a network and the tables of its problem into a model."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .refusal import Refusals
 
 
 def written(network: Network, tables: Tables, is_noise_declared: bool, refusals: Refusals) -> Written:
-    """The model of a problem. What cannot be said is added to ``refusals``."""
+    """The model of a problem. Unsupported constructs are added to ``refusals``."""
     return _Builder(network, tables, refusals).build(is_noise_declared)
 
 
 class _Builder:
-    """Puts a model together."""
+    """Assembles a model."""
 
     def __init__(self, network: Network, tables: Tables, refusals: Refusals) -> None:
         self._quantities = network.quantities
@@ -35,7 +35,7 @@ class _Builder:
         self._conditions = Conditions(self._written, self._keys)
 
     def build(self, is_noise_declared: bool) -> Written:
-        """The whole."""
+        """The complete model."""
         whole, names = self._written, self._written.names
         for one in self._tables.experiments.values():
             if one.before is not None:
@@ -55,7 +55,7 @@ class _Builder:
         return whole
 
     def _estimated(self) -> None:
-        """Puts parameters of the table in the place of what the model says of them."""
+        """Replaces parameters of the model by those of the table."""
         for parameter in self._tables.parameters.values():
             known = self._quantities.pop(parameter.name, None)
             if known is not None and known.kind != "constant":
@@ -64,7 +64,7 @@ class _Builder:
             self._written.parameters[parameter.name] = parameter
 
     def _conditional(self) -> None:
-        """Puts what the conditions say in the place of what the model says."""
+        """Replaces values of the model by those of the conditions."""
         for target in self._targets:
             if target in self._written.parameters:
                 self._refusals.add(f"`{target}` in the condition table, which the parameter table has, too")
@@ -77,7 +77,7 @@ class _Builder:
             self._quantities[target] = one
 
     def _conditional_value(self, one: Quantity) -> Expression:
-        """The value of a constant in all phases, or the start value of a state: its own, where none is given."""
+        """The value of a constant in all phases, or the initial value of a state; by default its own."""
         values: dict[tuple[str, int], Expression] = {}
         for experiment in self._tables.experiments.values():
             value = one.value
@@ -93,7 +93,7 @@ class _Builder:
         return self._conditions.formula(self._written.names.fresh(f"{one.name}_start"), values, one.doc)
 
     def _jumps(self, one: Quantity) -> None:
-        """What a state is set to where a phase begins; it goes on as it is where the condition says nothing."""
+        """The value that a phase sets a state to at its beginning; unchanged if the condition sets none."""
         for k in range(1, max(len(experiment.phases) for experiment in self._tables.experiments.values())):
             values = {
                 (experiment.name, k): experiment.phases[k].values.get(one.name, OWN)
@@ -111,7 +111,7 @@ class _Builder:
         return ZERO
 
     def _without_unit_compartments(self) -> None:
-        """Leaves out the sizes of compartments of size one."""
+        """Omits the sizes of compartments of size one."""
         units = {
             one.name: ONE
             for one in self._quantities.values()
@@ -123,7 +123,7 @@ class _Builder:
                 one.rate = None if one.rate is None else one.rate.replaced(units)
 
     def _at_start(self, one: Quantity) -> Expression:
-        """The start value of a state: what changes in it has the value that it starts with."""
+        """The initial value of a state: varying quantities in it have their initial values."""
         if one.value is None:
             return self._missing(one)
         return self._started(one.value, (one.name,))
@@ -169,7 +169,7 @@ class _Builder:
             whole.lets[one.name] = (one.value, one.doc)
 
     def _time(self) -> None:
-        """The time of formulas, in the model's unit, and what begins with a phase."""
+        """The time of formulas, in the model's unit, and resets at the beginning of phases."""
         whole = self._written
         experiments = self._tables.experiments
         lengths = {(one, k): number(experiments[one].run_in) for one, k in self._keys}
@@ -191,7 +191,7 @@ class _Builder:
         whole.lets = {whole.time_name: (since, "the time in its unit"), **whole.lets}
 
     def _prune(self) -> None:
-        """Leaves out what nothing reads."""
+        """Omits quantities that nothing reads."""
         whole = self._written
         todo = [formula for is_ in whole.states.values() for formula in (is_.start, is_.rate)]
         todo += [formula for resets in whole.resets.values() for formula in resets.values()]

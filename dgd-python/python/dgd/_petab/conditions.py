@@ -1,4 +1,4 @@
-"""What differs from experiment to experiment, as inputs of the model that keep their values over a recording."""
+"""Differences between experiments, as inputs of the model that are constant over a recording."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def as_number(formula: Expression) -> float | None:
 
 
 class Conditions:
-    """Makes one formula of what a quantity is in each experiment and phase."""
+    """Makes one formula of the values of a quantity in all experiments and phases."""
 
     def __init__(self, written: Written, keys: list[Key]) -> None:
         self._written, self._keys = written, keys
@@ -29,7 +29,7 @@ class Conditions:
     def formula(self, which: str, values: dict[Key, Expression], doc: str) -> Expression:
         """The formula of a quantity by its value in each phase.
 
-        It is the value, where all have the same; an input that is called ``which``, where all are numbers; and
+        It is the value, if all have the same; an input called ``which``, if all are numbers; and
         otherwise a sum over phases, each with an input that is 1 in this phase and 0 in the others.
         """
         distinct = list(dict.fromkeys(values.values()))

@@ -1,4 +1,4 @@
-"""The model to be written, and how its text is laid out."""
+"""The model to be written, and its layout."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TIMES = {1.0: "s", 60.0: "min", 3600.0: "h", 86400.0: "d", 604800.0: "week"}
 
 @dataclass(frozen=True)
 class State:
-    """A state: where it starts, and its change in the model's unit of time."""
+    """A state: its initial value, and its rate in the model's unit of time."""
 
     start: Expression
     rate: Expression
@@ -37,7 +37,7 @@ class Output:
 
 @dataclass
 class Written:
-    """What is written, in names of the problem."""
+    """The contents of the model, in names of the problem."""
 
     name: str
     doc: str
@@ -66,7 +66,7 @@ class Written:
 
     @property
     def time_label(self) -> tuple[str, float]:
-        """The unit of times of recordings, and what the model's unit is in it."""
+        """The time unit of recordings, and the size of the model's unit in it."""
         label = _TIMES.get(self.time_unit)
         return ("s", self.time_unit) if label is None else (label, 1.0)
 

@@ -13,20 +13,20 @@ _TAKEN = frozenset(
 
 
 class Names:
-    """Gives everything a name of its own: the one that it has, where the language takes it."""
+    """Gives everything a unique name: its own, if the language accepts that."""
 
     def __init__(self) -> None:
         self._said = {CLOCK: "time", PI: "pi"}
         self._taken = set(_TAKEN)
 
     def of(self, which: str) -> str:
-        """The name in the language of what the problem calls so."""
+        """The name in the language for a name of the problem."""
         if which not in self._said:
             self._said[which] = self.fresh(which)
         return self._said[which]
 
     def fresh(self, wanted: str) -> str:
-        """A name that nothing else has, as near to this as there is one; those of the problem are known before."""
+        """An unused name that is as close to this as possible; names of the problem count as used."""
         found = wanted if wanted[:1].isalpha() else f"x{wanted}"
         while found in self._taken:
             found += "_"

@@ -1,4 +1,4 @@
-"""Observables as outputs: one for each set of overrides that the measurement table has."""
+"""Observables as outputs: one for each set of overrides in the measurement table."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def outputs(
 ) -> tuple[list[Output], list[Output]]:
     """The outputs, in the order of the observable table, and that of each measurement.
 
-    ``constants`` has the values of what is not estimated, and the same in all experiments.
+    ``constants`` has values that are not estimated, and are equal in all experiments.
     """
     fixed = {one.name: number(one.value) for one in tables.parameters.values() if not one.is_estimated} | constants
     maker = _Maker(names, is_noise_declared, fixed, refusals)
@@ -50,7 +50,7 @@ class _Maker:
         self._is_noise_declared, self._fixed, self._refusals = is_noise_declared, fixed, refusals
 
     def outputs(self, observable: Observable, distinct: list[Overrides]) -> dict[Overrides, Output]:
-        """The outputs of an observable. One that is not measured has one, where its formula says all."""
+        """The outputs of an observable. If it is not measured, it has one, provided its formula is complete."""
         is_measured = bool(distinct)
         if not is_measured and not observable.placeholders:
             distinct = [((), ())]
@@ -78,7 +78,7 @@ class _Maker:
         return Output(which, doc, observable.formula.replaced(by), noise, self._scale(observable))
 
     def _scale(self, observable: Observable) -> str:
-        """The logarithm that the output is taken of: none, where the noise can be log-normal."""
+        """The logarithm applied to the output: none, if the noise can be log-normal."""
         return "lin" if self._is_noise_declared else observable.scale
 
     def _noise(self, observable: Observable, noise: Expression) -> Expression | None:

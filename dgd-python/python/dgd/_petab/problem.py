@@ -33,16 +33,16 @@ def from_petab(
 ) -> PetabProblem:
     """Reads a PEtab problem, by its YAML file, as a model and recordings.
 
-    It needs ``pip install 'dgd-models[petab]'``. ``noise`` is ``"declared"`` where outputs get the noise that the
-    observable table says, or ``"estimated"`` where they get none, so that a fit estimates one standard deviation for
+    It needs ``pip install 'dgd-models[petab]'``. With ``noise="declared"`` outputs get the noise of the
+    observable table, with ``"estimated"`` they get none, so a fit estimates one standard deviation for
     each.
 
-    ``settle`` is how long pre-equilibration takes, in the model's unit of time: such an experiment begins with a run-in
-    of this length under its first condition. What is measured at the steady state is read that long after all else.
-    Where the states still move then, there is a warning.
+    ``settle`` is the duration of pre-equilibration, in the model's unit of time: such an experiment begins with a run-in
+    of this length under its first condition. Measurements at the steady state are taken that long after all others.
+    A warning names states that still move then.
 
-    Raises :class:`ModelError`, which lists all that the problem has and the language does not, `OSError` where there is
-    no such file, and :class:`DataError` where petab cannot read it.
+    Raises :class:`ModelError`, which lists all unsupported constructs, `OSError` if there is
+    no such file, and :class:`DataError` if petab cannot read it.
     """
     if noise not in _NOISE:
         raise UsageError(f'`noise` must be "declared" or "estimated", not {noise!r}')
@@ -90,14 +90,14 @@ def _read(file: str, is_noise_declared: bool, settle: float | None) -> PetabProb
 
 
 def _warn_of(moving: list[str], place: str) -> None:
-    """Warns where something does not rest."""
+    """Warns of states that are not at rest."""
     if moving:
         said = ", ".join(f"`{state}`" for state in moving)
         warn([f"not at rest {place}: {said}; give a longer `settle`"], stacklevel=4)
 
 
 def _model(whole: Written, what: str) -> Model:
-    """The model of its text."""
+    """Compiles the model from its text."""
     try:
         return parse(whole.text(), name=f"{whole.names.of(whole.name)}.dgd")
     except ModelError as error:
@@ -110,7 +110,7 @@ def _model(whole: Written, what: str) -> Model:
 
 
 def _tables(file: str, what: str, refusals: Refusals) -> Tables:
-    """The tables, by whichever version they were written in."""
+    """The tables, read by the reader of their version."""
     import petab.v1
     import petab.v2
     import yaml
@@ -133,7 +133,7 @@ def _tables(file: str, what: str, refusals: Refusals) -> Tables:
 
 
 class PetabProblem:
-    """A problem of PEtab: a model, and a recording for each experiment.
+    """A PEtab problem: a model, and one recording per experiment.
 
     >>> p = dgd.from_petab("Boehm.yaml")
     >>> f = p.fit(starts=20)
@@ -157,14 +157,14 @@ class PetabProblem:
         return self.model.fit(self.recordings, **{"noise": "declared", **options})
 
     def objective(self, **options: Any) -> Objective:
-        """What a fit makes small; options are those of :meth:`Model.objective`."""
+        """The objective of a fit; options are those of :meth:`Model.objective`."""
         return self.model.objective(self.recordings, **options)
 
     def simulation(self, params: Values = None, **run: Unpack[RunOptions]) -> Any:
         """The measurement table of the problem with a column ``simulation`` in place of ``measurement``.
 
-        What was simulated is that of the observables, not of their logarithms. ``params`` has other values than those
-        of the parameter table; the rest is as for :meth:`Model.simulate`.
+        Simulated values are those of the observables, not of their logarithms. ``params`` overrides values
+        of the parameter table; other options are those of :meth:`Model.simulate`.
         """
         runs = {
             which: self.model.simulate(columns, params=params, **run) for which, columns in self.recordings.items()
@@ -175,7 +175,7 @@ class PetabProblem:
         return frame
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Writes the model and a CSV file for each recording into a folder, which is made; their paths.
+        """Writes the model and a CSV file for each recording into a folder, which is created. Returns their paths.
 
         The model is laid out as ``dgd fmt`` does.
         """

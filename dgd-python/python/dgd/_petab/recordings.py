@@ -1,4 +1,4 @@
-"""Measurements as recordings, one for each experiment."""
+"""Measurements as recordings, one per experiment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Columns = dict[str, NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class Reading:
-    """Where a measurement stands: its recording, row and column; and the logarithm that was taken of it."""
+    """Position of a measurement: its recording, row and column; and the logarithm applied to it."""
 
     recording: str
     row: int
@@ -35,7 +35,7 @@ class Reading:
 def recordings(
     written: Written, tables: Tables, refusals: Refusals
 ) -> tuple[dict[str, Columns], list[Reading]]:
-    """Recordings by experiment, as columns by header, and where each measurement stands."""
+    """Recordings by experiment, as columns by header, and the position of each measurement."""
     found: dict[str, Columns] = {}
     readings: dict[int, Reading] = {}
     label, size = written.time_label
@@ -69,7 +69,7 @@ def _rows(
     readings: dict[int, Reading],
     experiment: str,
 ) -> list[float]:
-    """Times of rows. Each output has one reading a row; a phase starts with a row, whether anything is read or not."""
+    """Times of rows. Each output has one measurement per row; a phase starts with a row, measured or not."""
     counts: dict[float, dict[str, list[int]]] = {start: {} for start in starts}
     for k in rows:
         time = tables.measurements[k].time
@@ -108,7 +108,7 @@ def _scaled(value: float, scale: str) -> float:
 def restless(model: Model, columns: Columns, row: int) -> list[str]:
     """States that still move at a row of a recording, at the values of the model.
 
-    They differ there by more than a millionth of their size from what they were half way since the row before.
+    They differ there by more than a millionth of their size from their values half way since the previous row.
     """
     header, times = next(iter(columns.items()))
     row = int(np.searchsorted(times, times[row]))

@@ -1,4 +1,4 @@
-"""What fits and searches have in common."""
+"""Common parts of results of fits and searches."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .._show.report import Report
 
 
 class Findings:
-    """What recordings tell of a model: ``result`` is all that ``result.json`` of the command has."""
+    """Results of a model and recordings: ``result`` is the contents of the command's ``result.json``."""
 
     def __init__(self, native: _dgd.Found) -> None:
         self._native = native

@@ -1,4 +1,4 @@
-"""Figures of results by matplotlib: panels, curves and colours are those of dgd's own pictures."""
+"""Figures of results with matplotlib: panels, curves and colours are those of dgd's own figures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PANEL_HEIGHT, _WIDTH = 2.1, 8.4
 
 
 def _subscripts(text: str) -> str:
-    """`q_a` with a subscript, as dgd's pictures have it."""
+    """`q_a` with a subscript, as in dgd's figures."""
     return re.sub(r"([^\W_]+)_([^\W_]+(?:,[^\W_]+)*)", r"$\\mathregular{\1_{\2}}$", text)
 
 
@@ -47,7 +47,7 @@ def _drawing() -> Any:
 
 
 def draw(figure: dict[str, Any]) -> Any:
-    """A matplotlib figure of what the native module says is in it."""
+    """A matplotlib figure of the contents given by the native module."""
     panels = figure["panels"]
     columns = max(1, min(figure["columns"], len(panels)))
     rows = -(-len(panels) // columns)

@@ -1,4 +1,4 @@
-"""How far a long computation is: bars of tqdm where it is installed, or whatever is called."""
+"""Progress of a long computation: tqdm bars if it is installed, or a function of the caller."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Shown:
 
     @property
     def call(self) -> Callable[[str, int, int, bool], None] | None:
-        """What the native module calls."""
+        """The function that the native module calls."""
         call = self._call
         if call is None:
             return None
@@ -71,7 +71,7 @@ def _tqdm() -> Any:
 
 
 def _is_watched() -> bool:
-    """Whether somebody looks: a notebook, or a terminal."""
+    """Whether the output is interactive: a notebook, or a terminal."""
     shell = sys.modules.get("IPython")
     if shell is not None:
         instance = shell.get_ipython()

@@ -1,4 +1,4 @@
-"""Formulas as trees: what a formula reads, what takes the place of a name, and how the language writes it."""
+"""Formulas as trees: the names they read, substitution, and their text in the language."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class Expression:
 
     @property
     def names(self) -> set[str]:
-        """All names that it reads; those of functions are not among them."""
+        """All names that it reads, without those of functions."""
         if self.kind == "name":
             return {self.name}
         return set().union(*(part.names for part in self.parts))
 
     def replaced(self, by: Mapping[str, Expression]) -> Expression:
-        """The formula with expressions in the place of names, all at once."""
+        """The formula with expressions substituted for names, all at once."""
         if self.kind == "name":
             return by.get(self.name, self)
         if not self.parts:
@@ -153,7 +153,7 @@ def _term(part: Expression) -> str:
 
 
 def _within(part: Expression, least: int) -> str:
-    """A part, in parentheses where it binds less than that."""
+    """A part, in parentheses if it binds less than that."""
     words = text(part)
     return words if _STRENGTH[part.kind] >= least else f"({words})"
 

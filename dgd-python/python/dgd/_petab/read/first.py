@@ -1,4 +1,4 @@
-"""Problems of PEtab version 1, read by petab."""
+"""Problems of PEtab version 1, read with petab."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def tables(problem: Any, refusals: Refusals) -> Tables:
 
 
 def is_missing(cell: object) -> bool:
-    """Whether a cell of a table says nothing."""
+    """Whether a cell of a table is empty."""
     return cell is None or cell == "" or (isinstance(cell, float) and math.isnan(cell)) or str(cell).lower() == "nan"
 
 
@@ -100,7 +100,7 @@ class _Reader:
         )
 
     def _condition(self, which: str) -> dict[str, Expression]:
-        """What a condition gives values; what it leaves to the model is not in there."""
+        """The values set by a condition, without those left to the model."""
         conditions = self._problem.condition_df
         if which not in conditions.index:
             raise DataError(f"the measurement table has the condition `{which}`, which the condition table has not")
@@ -118,7 +118,7 @@ class _Reader:
         return tuple(self.formula(one.strip(), "the measurement table") for one in str(cell).split(";"))
 
     def formula(self, written: object, of: str) -> Expression:
-        """A formula; zero where it is refused."""
+        """A formula; zero if it is refused."""
         try:
             return of_petab(written)
         except Refused as error:
@@ -127,7 +127,7 @@ class _Reader:
 
 
 def _number(cell: object, of: str) -> float | None:
-    """The number in a cell; None where there is none."""
+    """The number in a cell; None if there is none."""
     try:
         return None if is_missing(cell) else float(str(cell))
     except ValueError:

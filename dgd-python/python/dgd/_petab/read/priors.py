@@ -1,4 +1,4 @@
-"""What is known of a parameter before a fit: its value, and what a prior says as far as the language can say it."""
+"""Prior knowledge of a parameter: its value, and its prior as far as the language supports it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BASES = {"log": math.e, "log10": 10.0}
 
 
 def nominal(parameter: str, value: float | None, bounds: Bounds, is_log: bool, refusals: Refusals) -> float:
-    """The nominal value, or where there is none the middle between the bounds, on the parameter's scale."""
+    """The nominal value, or the midpoint of the bounds if there is none, on the parameter's scale."""
     if value is not None:
         return value
     lower, upper = bounds

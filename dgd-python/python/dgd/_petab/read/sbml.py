@@ -12,7 +12,7 @@ from ..refusal import Refusals, Refused
 
 @dataclass
 class Quantity:
-    """What a name of the model means."""
+    """The quantity behind a name of the model."""
 
     name: str
     #: ``"constant"``, ``"formula"`` or ``"state"``.
@@ -40,7 +40,7 @@ class Network:
 
 
 def network(document: Any, refusals: Refusals) -> Network:
-    """What a document of libSBML says. What cannot be said is added to ``refusals``."""
+    """The contents of a libSBML document. Unsupported constructs are added to ``refusals``."""
     document = document.clone()
     model = document.getModel()
     _refuse_whole(document, model, refusals)
@@ -50,7 +50,7 @@ def network(document: Any, refusals: Refusals) -> Network:
 
 
 def _refuse_whole(document: Any, model: Any, refusals: Refusals) -> None:
-    """Refuses what no part of the model can be read without."""
+    """Refuses constructs that prevent reading any of the model."""
     for k in range(document.getNumPlugins()):
         package = document.getPlugin(k).getPackageName()
         # Of level 2 it is an annotation, and this one only has functions, which are read or refused by name.
@@ -77,7 +77,7 @@ class _Reader:
         self._rates = {one.getVariable(): one for one in rules if one.isRate()}
 
     def read(self) -> Network:
-        """The whole."""
+        """The complete model."""
         model = self._model
         for one in model.getListOfCompartments():
             self._compartment(one)
@@ -94,7 +94,7 @@ class _Reader:
         return Network(model.getId() or "model", about, self._time_unit(), self._quantities)
 
     def _formula(self, node: Any, of: str) -> Expression:
-        """A formula; zero where it is refused."""
+        """A formula; zero if it is refused."""
         if node is None:
             self._refusals.add(f"{of} without a formula")
             return number(0)
@@ -179,7 +179,7 @@ class _Reader:
                 self._change(own, reference, sign)
 
     def _change(self, reaction: str, reference: Any, sign: str) -> None:
-        """Adds what a reaction does to a species: its rate is one of amounts."""
+        """Adds the contribution of a reaction to a species; rates are in amounts."""
         which = reference.getSpecies()
         species = self._amounts.get(which) or self._quantities[which]
         count = self._stoichiometry(reaction, reference)
@@ -226,6 +226,6 @@ def _value(is_set: bool, value: float) -> Expression | None:
 
 
 def _doc(element: Any) -> str:
-    """The name of an element, where it says more than its identifier."""
+    """The name of an element, if it is more informative than its identifier."""
     words = " ".join((element.getName() or "").split())
     return "" if words == element.getId() else words

@@ -1,4 +1,4 @@
-"""The tables of a PEtab problem, whichever version they were written in."""
+"""The tables of a PEtab problem, in either version."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ OWN = name("value of the model")
 
 @dataclass(frozen=True)
 class Phase:
-    """From some time on, in the model's unit, these have these values; the first gives start values, too."""
+    """Values that apply from some time on, in the model's unit; the first phase gives initial values, too."""
 
     start: float
     values: dict[str, Expression]
@@ -65,7 +65,7 @@ class Experiment:
     run_in: float = 0.0
 
     def settled(self, run_in: float) -> Experiment:
-        """The experiment with a run-in of this length in the place of a steady state."""
+        """The experiment with a run-in of this length instead of a steady state."""
         if self.before is None:
             return self
         later = (Phase(run_in + phase.start, phase.values) for phase in self.phases)
@@ -73,7 +73,7 @@ class Experiment:
 
     @property
     def targets(self) -> set[str]:
-        """All that a condition changes."""
+        """All changes made by a condition."""
         return set().union(self.before or (), *(phase.values for phase in self.phases))
 
 
@@ -103,7 +103,7 @@ class Tables:
     frame: Any = None
 
     def settle(self, run_in: float, rest: float | None) -> None:
-        """Puts a run-in in the place of pre-equilibration, and a time at rest in that of a steady state at the end."""
+        """Replaces pre-equilibration by a run-in, and a steady state at the end by a time at rest."""
         self.experiments = {which: one.settled(run_in) for which, one in self.experiments.items()}
         if rest is None:
             return
