@@ -2,6 +2,6 @@
 
 mod dependencies;
 mod layers;
-mod map;
+mod purpose;
 mod source;
 mod unsafety;
