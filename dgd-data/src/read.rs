@@ -1,12 +1,10 @@
 //! Reads a file: its text, its header and its rows.
 
-use std::cell::Cell;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources, Span};
-use dgd_identify::journal::Digest;
 
 use crate::csv::header::Header;
 use crate::csv::kept::Kept;
@@ -17,6 +15,7 @@ use crate::csv::{groups, numbers};
 use crate::encoding::{NotText, not_text};
 use crate::open::{Disk, FileSystem, STANDARD_INPUT};
 use crate::parquet::{MAGIC, Place};
+use crate::sha256::{Digested, Sha256Digest};
 use crate::table::{Order, Table};
 
 /// Bytes of text kept so that a diagnostic can show its line. For a longer text only the lines down to the header are
@@ -119,36 +118,10 @@ pub(crate) fn read_with(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
-    let digest = Cell::new(Digest::EMPTY);
-    let input = Digested { input, digest: &digest };
-    let mut table = read_text(reading, name, input, sources, diagnostics)?;
-    table.digest = Some(digest.get().value());
+    let mut input = Digested::new(input);
+    let mut table = read_text(reading, name, &mut input, sources, diagnostics)?;
+    table.digest = Some(input.digest());
     Ok(table)
-}
-
-/// The digest of all bytes, as in [`Table::digest`].
-///
-/// # Errors
-///
-/// Those of reading.
-pub fn digest(input: impl Read) -> io::Result<u128> {
-    let digest = Cell::new(Digest::EMPTY);
-    io::copy(&mut Digested { input, digest: &digest }, &mut io::sink())?;
-    Ok(digest.get().value())
-}
-
-/// Digests bytes as they are read.
-struct Digested<'a, R> {
-    input: R,
-    digest: &'a Cell<Digest>,
-}
-
-impl<R: Read> Read for Digested<'_, R> {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        let n = self.input.read(bytes)?;
-        self.digest.set(self.digest.get().bytes(&bytes[..n]));
-        Ok(n)
-    }
 }
 
 fn read_text(
@@ -255,8 +228,8 @@ fn read_parquet(
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
     let digest = match &mut place {
-        Place::File(file) => file.rewind().and_then(|()| digest(file)),
-        Place::Memory(bytes) => digest(bytes.as_slice()),
+        Place::File(file) => file.rewind().and_then(|()| Sha256Digest::read(file)),
+        Place::Memory(bytes) => Sha256Digest::read(bytes.as_slice()),
     };
     let digest = digest
         .map_err(|error| diagnostics.error(unreadable(name, "", sources, &error.to_string())))?;

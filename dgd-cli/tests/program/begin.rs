@@ -268,5 +268,5 @@ fn shells_and_man_know_the_commands() {
     let page = fs::read_to_string(folder.path().join("man1/dgd-fit.1")).expect("a page");
     assert!(page.contains("\\-\\-valid") && page.contains("dgd\\-fit"), "{page}");
     let schema: Value = dgd(&["schema"]).done().json();
-    assert_eq!(schema["version"], 2);
+    assert_eq!(schema["version"], 3);
 }
