@@ -6,12 +6,14 @@ use std::path::Path;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources, Span};
 
+#[cfg(feature = "parquet")]
+use crate::csv::groups;
 use crate::csv::header::Header;
 use crate::csv::kept::Kept;
+use crate::csv::numbers;
 use crate::csv::records::Records;
 use crate::csv::rename::Rename;
 use crate::csv::rows::Rows;
-use crate::csv::{groups, numbers};
 use crate::encoding::{NotText, not_text};
 use crate::open::{Disk, FileSystem, STANDARD_INPUT};
 use crate::parquet::{MAGIC, Place};
@@ -149,7 +151,7 @@ fn read_text(
     };
     if head.starts_with(MAGIC) {
         if head.ends_with(MAGIC) {
-            return groups::read(Place::Memory(head), name, reading, sources, diagnostics);
+            return parquet_columns(Place::Memory(head), name, reading, sources, diagnostics);
         }
         rest = Box::new(Cursor::new(head.split_off(limit.min(head.len()))));
     }
@@ -233,8 +235,25 @@ fn read_parquet(
     };
     let digest = digest
         .map_err(|error| diagnostics.error(unreadable(name, "", sources, &error.to_string())))?;
-    let table = groups::read(place, name, reading, sources, diagnostics)?;
+    let table = parquet_columns(place, name, reading, sources, diagnostics)?;
     Ok(Table { digest: Some(digest), ..table })
+}
+
+#[cfg(feature = "parquet")]
+use groups::read as parquet_columns;
+
+/// Refuses a Parquet file.
+#[cfg(not(feature = "parquet"))]
+fn parquet_columns(
+    _: Place,
+    name: &str,
+    _: Reading<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let refusal = unreadable(name, "", sources, "it is Parquet, which this build does not read");
+    let help = "write it as `.csv`, or build dgd with `--features parquet`";
+    Err(diagnostics.error(refusal.help(help)))
 }
 
 /// The bytes as text; for the head of a longer text, without a split character at the end. Otherwise the text before
