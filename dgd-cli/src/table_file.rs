@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use dgd_data::files::WriteError;
-use dgd_data::write::{save, save_parquet};
+use dgd_data::write::{HAS_PARQUET, save, save_parquet};
 use dgd_work::json_text;
 use serde_json::Value;
 
@@ -49,10 +49,17 @@ impl TableFormat {
     ///
     /// # Errors
     ///
-    /// The name is that of another kind of file.
+    /// The name is that of another kind of file, or of one that this build does not write.
     pub(crate) fn of(path: &Path, format: Format) -> Result<TableFormat, CommandError> {
-        if let Some(named) = TableFormat::named(path) {
-            return Ok(named);
+        match TableFormat::named(path) {
+            Some(TableFormat::Parquet) if !HAS_PARQUET => {
+                return Err(CommandError::Usage(format!(
+                    "`-o {}`: this build does not write Parquet: write a `.csv` file, or build dgd with `--features parquet`",
+                    path.display()
+                )));
+            }
+            Some(named) => return Ok(named),
+            None => {}
         }
         match ending(path) {
             Some(ending) if NOT_WRITTEN.contains(&&*ending) => Err(CommandError::Usage(format!(
@@ -118,7 +125,6 @@ mod tests {
             ("a.jsonl", Some(TableFormat::JsonLines), Some(TableFormat::JsonLines)),
             ("a", Some(TableFormat::Csv), Some(TableFormat::Json)),
             ("run.2", Some(TableFormat::Csv), Some(TableFormat::Json)),
-            ("a.parquet", Some(TableFormat::Parquet), Some(TableFormat::Parquet)),
             ("a.svg", None, None),
         ] {
             assert_eq!(
@@ -127,6 +133,8 @@ mod tests {
                 "{name}"
             );
         }
+        let parquet = HAS_PARQUET.then_some(TableFormat::Parquet);
+        assert_eq!(format_of("a.parquet", Format::Text), parquet);
     }
 
     #[test]

@@ -26,6 +26,7 @@ pub mod open;
 mod parquet;
 mod read;
 pub mod select;
+mod sha256;
 pub mod stream;
 mod table;
 #[cfg(test)]
@@ -38,5 +39,6 @@ pub use csv::rename::Rename;
 pub use in_memory::{InMemory, Layers};
 pub use open::{Disk, FileSystem};
 pub use parquet::catches_panics;
-pub use read::{Reading, cannot_read, decompressed, digest, read, read_from};
+pub use read::{Reading, cannot_read, decompressed, read, read_from};
+pub use sha256::Sha256Digest;
 pub use table::{Cells, Column, Disorder, Location, Table};

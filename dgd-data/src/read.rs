@@ -1,22 +1,23 @@
 //! Reads a file: its text, its header and its rows.
 
-use std::cell::Cell;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources, Span};
-use dgd_identify::journal::Digest;
 
+#[cfg(feature = "parquet")]
+use crate::csv::groups;
 use crate::csv::header::Header;
 use crate::csv::kept::Kept;
+use crate::csv::numbers;
 use crate::csv::records::Records;
 use crate::csv::rename::Rename;
 use crate::csv::rows::Rows;
-use crate::csv::{groups, numbers};
 use crate::encoding::{NotText, not_text};
 use crate::open::{Disk, FileSystem, STANDARD_INPUT};
 use crate::parquet::{MAGIC, Place};
+use crate::sha256::{Digested, Sha256Digest};
 use crate::table::{Order, Table};
 
 /// Bytes of text kept so that a diagnostic can show its line. For a longer text only the lines down to the header are
@@ -119,36 +120,10 @@ pub(crate) fn read_with(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
-    let digest = Cell::new(Digest::EMPTY);
-    let input = Digested { input, digest: &digest };
-    let mut table = read_text(reading, name, input, sources, diagnostics)?;
-    table.digest = Some(digest.get().value());
+    let mut input = Digested::new(input);
+    let mut table = read_text(reading, name, &mut input, sources, diagnostics)?;
+    table.digest = Some(input.digest());
     Ok(table)
-}
-
-/// The digest of all bytes, as in [`Table::digest`].
-///
-/// # Errors
-///
-/// Those of reading.
-pub fn digest(input: impl Read) -> io::Result<u128> {
-    let digest = Cell::new(Digest::EMPTY);
-    io::copy(&mut Digested { input, digest: &digest }, &mut io::sink())?;
-    Ok(digest.get().value())
-}
-
-/// Digests bytes as they are read.
-struct Digested<'a, R> {
-    input: R,
-    digest: &'a Cell<Digest>,
-}
-
-impl<R: Read> Read for Digested<'_, R> {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        let n = self.input.read(bytes)?;
-        self.digest.set(self.digest.get().bytes(&bytes[..n]));
-        Ok(n)
-    }
 }
 
 fn read_text(
@@ -176,7 +151,7 @@ fn read_text(
     };
     if head.starts_with(MAGIC) {
         if head.ends_with(MAGIC) {
-            return groups::read(Place::Memory(head), name, reading, sources, diagnostics);
+            return parquet_columns(Place::Memory(head), name, reading, sources, diagnostics);
         }
         rest = Box::new(Cursor::new(head.split_off(limit.min(head.len()))));
     }
@@ -255,13 +230,30 @@ fn read_parquet(
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
     let digest = match &mut place {
-        Place::File(file) => file.rewind().and_then(|()| digest(file)),
-        Place::Memory(bytes) => digest(bytes.as_slice()),
+        Place::File(file) => file.rewind().and_then(|()| Sha256Digest::read(file)),
+        Place::Memory(bytes) => Sha256Digest::read(bytes.as_slice()),
     };
     let digest = digest
         .map_err(|error| diagnostics.error(unreadable(name, "", sources, &error.to_string())))?;
-    let table = groups::read(place, name, reading, sources, diagnostics)?;
+    let table = parquet_columns(place, name, reading, sources, diagnostics)?;
     Ok(Table { digest: Some(digest), ..table })
+}
+
+#[cfg(feature = "parquet")]
+use groups::read as parquet_columns;
+
+/// Refuses a Parquet file.
+#[cfg(not(feature = "parquet"))]
+fn parquet_columns(
+    _: Place,
+    name: &str,
+    _: Reading<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let refusal = unreadable(name, "", sources, "it is Parquet, which this build does not read");
+    let help = "write it as `.csv`, or build dgd with `--features parquet`";
+    Err(diagnostics.error(refusal.help(help)))
 }
 
 /// The bytes as text; for the head of a longer text, without a split character at the end. Otherwise the text before

@@ -5,6 +5,7 @@ use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::units::Unit;
 
 use crate::csv::clock::Epoch;
+use crate::sha256::Sha256Digest;
 
 /// A data file.
 ///
@@ -14,7 +15,7 @@ pub struct Table {
     /// The file, as far as it is kept for diagnostics: the whole of a short one, or the head of a long one.
     pub source: SourceId,
     /// Digest of the stored bytes, compressed or not; none for a file that is read row by row.
-    pub digest: Option<u128>,
+    pub digest: Option<Sha256Digest>,
     /// Its header line.
     pub header: Span,
     /// Seconds since the first sample, if the file has a time column. Two equal ones are the left and right side of a

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use dgd_data::Disk;
+use dgd_data::{Disk, Sha256Digest};
 use dgd_identify::journal::Digest;
 use dgd_work::{FOLDER, digest_of_texts};
 
@@ -19,7 +19,7 @@ pub struct Names {
     of: Digest,
     models: Mutex<BTreeMap<(String, Vec<String>), String>>,
     /// The digest of a data file, or the error of reading it.
-    data: Mutex<BTreeMap<String, Result<u128, String>>>,
+    data: Mutex<BTreeMap<String, Result<Sha256Digest, String>>>,
 }
 
 impl Names {
@@ -38,7 +38,7 @@ impl Names {
     pub fn of(&self, piece: &Piece) -> String {
         let model = self.model(piece);
         let files = || piece.data.iter().chain(&piece.valid);
-        let data: Vec<Result<u128, String>> = files().map(|file| self.data(file)).collect();
+        let data: Vec<Result<Sha256Digest, String>> = files().map(|file| self.data(file)).collect();
         let digest = self.of.of(&(&piece.well, &piece.when, &piece.kind, piece.words()));
         format!("{:032x}", digest.of(&(model, data)).value())
     }
@@ -72,11 +72,11 @@ impl Names {
         digest
     }
 
-    fn data(&self, file: &str) -> Result<u128, String> {
+    fn data(&self, file: &str) -> Result<Sha256Digest, String> {
         if let Some(known) = lock(&self.data).get(file) {
             return known.clone();
         }
-        let read = File::open(self.folder.join(file)).and_then(dgd_data::digest);
+        let read = File::open(self.folder.join(file)).and_then(Sha256Digest::read);
         let digest = read.map_err(|error| error.kind().to_string());
         lock(&self.data).insert(file.to_owned(), digest.clone());
         digest

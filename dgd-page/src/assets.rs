@@ -30,8 +30,11 @@ pub fn live_assets() -> [(&'static str, String); 2] {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
+
+    use sha2::{Digest, Sha256};
+
     use super::*;
-    use crate::hash::{hex, sha256};
 
     #[test]
     fn what_others_wrote_is_as_they_published_it() {
@@ -40,7 +43,11 @@ mod tests {
             (UPLOT_STYLE, "df630c6a8d6f8eeaff264b50f73ce5b114f646ffd9a0bb74f049b0a00135fa04"),
             (UPLOT_LICENCE, "8f989229699b4fe2f1a0432d0e9edc338a8a911e250e2d1b01ecd770a5f5b1bd"),
         ] {
-            assert_eq!(hex(&sha256(text.as_bytes())), digest);
+            let mut hex = String::new();
+            for byte in Sha256::digest(text) {
+                write!(hex, "{byte:02x}").expect("to a string");
+            }
+            assert_eq!(hex, digest);
         }
     }
 

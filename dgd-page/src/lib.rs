@@ -18,7 +18,6 @@
 mod assets;
 mod chart;
 mod columns;
-mod hash;
 mod markup;
 mod page;
 mod table;

@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use dgd_plot::Figure;
+use sha2::{Digest, Sha256};
 
 use crate::assets;
 use crate::chart::{Charts, Link};
-use crate::hash::{base64, sha256};
 use crate::markup::{Markup, escaped};
 
 /// The tone of a headline.
@@ -89,7 +90,8 @@ impl Page {
     /// The document.
     pub fn finish(self, origin: &Origin) -> String {
         let (style, script) = (assets::style(), assets::script());
-        let hash = |text: &str| format!("'sha256-{}'", base64(&sha256(text.as_bytes())));
+        let hash =
+            |text: &str| format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(text)));
         let policy = format!(
             "default-src 'none'; script-src {}; style-src {}; base-uri 'none'; form-action 'none'",
             hash(&script),
@@ -197,7 +199,7 @@ mod tests {
         let page = hostile();
         let policy = between(&page, "Content-Security-Policy\" content=\"", "\"");
         for (element, end) in [("<script>", "</script>"), ("<style>", "</style>")] {
-            let hash = base64(&sha256(between(&page, element, end).as_bytes()));
+            let hash = BASE64_STANDARD.encode(Sha256::digest(between(&page, element, end)));
             assert!(policy.contains(&format!("'sha256-{hash}'")), "{element} {policy}");
         }
         assert!(policy.starts_with("default-src 'none';") && !policy.contains("unsafe"));

@@ -2,8 +2,8 @@
 
 mod dependencies;
 mod layers;
-mod map;
 mod paths;
+mod purpose;
 mod source;
 mod unsafety;
 mod words;

@@ -36,6 +36,11 @@ pub(crate) fn folder(name: &str) -> PathBuf {
     if name == "dgd" { root() } else { root().join(name) }
 }
 
+/// The folder of a crate's sources, from the root.
+pub(crate) fn source(name: &str) -> String {
+    if name == "dgd" { "src".to_owned() } else { format!("{name}/src") }
+}
+
 /// A Rust file of a crate.
 pub(crate) struct File {
     /// Folders and name below `src`, without the ending.

@@ -135,35 +135,22 @@ fn a_place_that_cannot_be_written_is_known_before_anything_is_computed() {
     assert_eq!(listing(&folder), ["d.csv", "g.dgd", "i.dgd", "s.csv", "t.dgd"]);
 }
 
+/// Commands whose result is a table.
+const TABLES: [&[&str]; 4] = [
+    &["simulate", "t.dgd"],
+    &["sensitivity", "t.dgd"],
+    &["simulate", "t.dgd", "--ensemble", "s.csv"],
+    &["linearize", "t.dgd", "--at", "steady"],
+];
+
+#[cfg(feature = "parquet")]
 #[test]
-fn a_file_holds_what_its_name_says() {
+fn a_parquet_file_holds_what_the_csv_does() {
     let folder = folder();
     let run = |args: &[&str]| dgd_in(folder.path(), args).done();
-    let json = |name: &str| -> Value {
-        serde_json::from_str(&read(&folder, name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    };
     let data = ["--data", "d.csv"];
-    let commands: [&[&str]; 4] = [
-        &["simulate", "t.dgd"],
-        &["sensitivity", "t.dgd"],
-        &["simulate", "t.dgd", "--ensemble", "s.csv"],
-        &["linearize", "t.dgd", "--at", "steady"],
-    ];
-    for command in commands {
-        for (out, format) in [("t.json", "text"), ("t.json", "json"), ("plain", "json")] {
-            let args = [command, &data, &["-o", out, "--format", format]].concat();
-            assert_eq!(run(&args).out, "", "{args:?}");
-            let written = json(out);
-            let printed = run(&[command, &data, &["--format", "json"]].concat()).json();
-            assert_eq!(written, printed, "{args:?}");
-        }
-        // A program gets the rest of the result, which the table does not hold.
-        let args = [command, &data, &["-o", "t.csv", "--format", "json"]].concat();
-        assert!(run(&args).json().is_object());
-        assert!(read(&folder, "t.csv").lines().next().is_some_and(|line| line.contains(',')));
-    }
-    // Parquet equals the CSV: read again, it gives the same run to the last digit.
-    for command in &commands[..2] {
+    // Read again, it gives the same run to the last digit.
+    for command in &TABLES[..2] {
         run(&[*command, &data, &["-o", "t.csv"]].concat());
         run(&[*command, &data, &["-o", "t.parquet"]].concat());
         assert!(
@@ -184,11 +171,45 @@ fn a_file_holds_what_its_name_says() {
     run(&["simulate", "t.dgd", "--data", "d.csv", "-o", "t.parquet"]);
     let again = run(&["simulate", "t.dgd", "--data", "t.parquet"]).out;
     assert_eq!(again, run(&["simulate", "t.dgd", "--data", "d.csv"]).out);
-    for command in [commands[2], commands[3], &["track", "t.dgd"]] {
+    for command in [TABLES[2], TABLES[3], &["track", "t.dgd"]] {
         run(&[command, &data, &["-o", "t.parquet"]].concat());
         assert!(
             fs::read(folder.path().join("t.parquet")).is_ok_and(|file| file.ends_with(b"PAR1"))
         );
+    }
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn a_build_without_parquet_says_how_to_get_it() {
+    let folder = folder();
+    let write = ["simulate", "t.dgd", "--data", "d.csv", "-o", "t.parquet"];
+    dgd_in(folder.path(), &write).refused(2, &["does not write Parquet", "--features parquet"]);
+    fs::write(folder.path().join("t.parquet"), b"PAR1 a table PAR1").expect("writable");
+    let read = ["simulate", "t.dgd", "--data", "t.parquet"];
+    dgd_in(folder.path(), &read).refused(1, &["does not read", "--features parquet"]);
+}
+
+#[test]
+fn a_file_holds_what_its_name_says() {
+    let folder = folder();
+    let run = |args: &[&str]| dgd_in(folder.path(), args).done();
+    let json = |name: &str| -> Value {
+        serde_json::from_str(&read(&folder, name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    };
+    let data = ["--data", "d.csv"];
+    for command in TABLES {
+        for (out, format) in [("t.json", "text"), ("t.json", "json"), ("plain", "json")] {
+            let args = [command, &data, &["-o", out, "--format", format]].concat();
+            assert_eq!(run(&args).out, "", "{args:?}");
+            let written = json(out);
+            let printed = run(&[command, &data, &["--format", "json"]].concat()).json();
+            assert_eq!(written, printed, "{args:?}");
+        }
+        // A program gets the rest of the result, which the table does not hold.
+        let args = [command, &data, &["-o", "t.csv", "--format", "json"]].concat();
+        assert!(run(&args).json().is_object());
+        assert!(read(&folder, "t.csv").lines().next().is_some_and(|line| line.contains(',')));
     }
     // A result that is not a table cannot be written as one.
     let emit = ["emit", "t.dgd", "--stage", "rust", "-o", "t.parquet"];

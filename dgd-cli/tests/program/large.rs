@@ -37,6 +37,7 @@ fn watched(folder: &Path, args: &[&str]) -> (Run, u64) {
     (Run::of(&child.wait_with_output().expect("it has ended")), most)
 }
 
+#[cfg(feature = "parquet")]
 #[test]
 fn a_recording_larger_than_what_may_be_held_is_simulated_and_fitted() {
     let folder = tempfile::tempdir().expect("a folder for the test");

@@ -80,7 +80,7 @@ fn each_command_writes_a_page_that_stands_by_itself() {
         assert!(text.contains("<h1") && text.contains("</svg>"), "{command}");
         // The command and the digests of its inputs.
         assert!(text.contains(&format!("dgd {command} m.dgd --data d.csv")), "{command}");
-        assert_eq!(text.matches("fnv1a-128:").count(), 2, "{command}: of the model and the data");
+        assert_eq!(text.matches("sha256:").count(), 2, "{command}: of the model and the data");
         let bare = text.len() - data(&text).to_string().len() - text.matches("<svg").count();
         let pictures: usize =
             text.split("<svg").skip(1).map(|s| s.find("</svg>").unwrap_or(0)).sum();
@@ -89,7 +89,7 @@ fn each_command_writes_a_page_that_stands_by_itself() {
         assert_eq!(text, read(&folder, &page), "{command}: the same every time");
     }
     dgd_in(folder.path(), &["screen", "--data", "d.csv", "--plot", "s.html"]).done();
-    assert!(read(&folder, "s.html").contains("fnv1a-128:"));
+    assert!(read(&folder, "s.html").contains("sha256:"));
     let refused =
         dgd_in(folder.path(), &["simulate", "m.dgd", "--data", "d.csv", "--plot", "a.gif"]);
     refused.refused(2, &["a.gif", ".pdf", ".html"]);

@@ -1,6 +1,7 @@
 //! Results for programs conform to `docs/results.schema.json`.
 
 use std::fs;
+use std::process::Command;
 
 use serde_json::Value;
 
@@ -150,7 +151,15 @@ fn a_result_says_what_it_was_made_of() {
     let schema: Value = serde_json::from_str(&dgd(&["schema"]).done().out).expect("JSON");
     assert_eq!(one["schema"], schema["version"]);
     assert_eq!(one["data"][0]["file"], DATA);
-    assert!(one["data"][0]["digest"].as_str().is_some_and(|text| text.starts_with("fnv1a-128:")));
+    for (digest, file) in [(&one["data"][0]["digest"], DATA), (&one["model"], MODEL)] {
+        let digest = digest.as_str().and_then(|text| text.strip_prefix("sha256:"));
+        assert!(digest.is_some_and(|digits| digits.len() == 64), "{digest:?}");
+        // Not every system has coreutils.
+        if let Ok(printed) = Command::new("sha256sum").arg(root().join(file)).output() {
+            let printed = String::from_utf8_lossy(&printed.stdout);
+            assert_eq!(printed.split_whitespace().next(), digest, "{file}");
+        }
+    }
     let folder = folder_with(&[("sets.csv", b"c0 [m]\n270\n")]);
     let sets = path(&folder, "sets.csv");
     let many = run(&["--ensemble", &sets]);

@@ -27,10 +27,7 @@ pub(crate) fn read(
         (_, Some(Err(reported))) => Err(reported),
         (Ok(()), Some(Ok(rows))) => rows.finish(diagnostics),
         (Ok(()), None) => Err(diagnostics.error(unreadable(name, "", sources, "it is empty"))),
-        (Err(unread), _) => {
-            let diagnostic = unreadable(name, "", sources, &unread.why);
-            Err(diagnostics.error(diagnostic.maybe_help(unread.help.map(str::to_owned))))
-        }
+        (Err(why), _) => Err(diagnostics.error(unreadable(name, "", sources, &why))),
     }
 }
 

@@ -8,6 +8,7 @@
 //! ```
 
 pub(crate) mod clock;
+#[cfg(feature = "parquet")]
 pub(crate) mod groups;
 pub(crate) mod header;
 pub(crate) mod kept;

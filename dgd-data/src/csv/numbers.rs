@@ -2,13 +2,14 @@
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources};
-use dgd_identify::journal::Digest;
+use sha2::{Digest, Sha256};
 
 use crate::columns::Columns;
 use crate::csv::header::Header;
 use crate::csv::kept::Kept;
 use crate::csv::rows::Rows;
 use crate::read::Reading;
+use crate::sha256::Sha256Digest;
 use crate::table::Table;
 
 /// Reads columns like a file with this name.
@@ -52,13 +53,17 @@ fn verify(columns: &Columns, header: &Header, kept: Kept) -> Result<(), Box<Diag
 }
 
 /// Digest of headers and numbers.
-fn digest(columns: &Columns) -> u128 {
-    let of_column = |digest: Digest, (header, values): &(String, Vec<f64>)| {
+fn digest(columns: &Columns) -> Sha256Digest {
+    let mut hasher = Sha256::new();
+    for (header, values) in &columns.all {
+        hasher.update(header);
         // A byte that headers cannot contain separates them from the numbers.
-        let digest = digest.bytes(header.as_bytes()).bytes(b"\0");
-        values.iter().fold(digest, |digest, value| digest.bytes(&value.to_le_bytes()))
-    };
-    columns.all.iter().fold(Digest::EMPTY, of_column).value()
+        hasher.update([0]);
+        for value in values {
+            hasher.update(value.to_le_bytes());
+        }
+    }
+    Sha256Digest::finished(hasher)
 }
 
 #[cfg(test)]

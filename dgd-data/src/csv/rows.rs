@@ -115,6 +115,7 @@ impl Rows {
     }
 
     /// Prepares for `n_rows` rows by columns, from a file of this many bytes.
+    #[cfg(feature = "parquet")]
     pub(crate) fn expect(&mut self, n_rows: usize, bytes: u64) {
         self.taken = n_rows;
         // A damaged file may claim more rows than it can hold; a row takes at least one bit.
@@ -152,6 +153,7 @@ impl Rows {
     }
 
     /// The same for text cells.
+    #[cfg(feature = "parquet")]
     pub(crate) fn take_texts<'t>(&mut self, at: usize, texts: impl Iterator<Item = &'t str>) {
         let Some(column) = self.column(at) else {
             if let Some(time) = &mut self.time {

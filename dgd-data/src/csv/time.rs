@@ -109,6 +109,7 @@ impl Time {
     }
 
     /// Reserves space for this many times.
+    #[cfg(feature = "parquet")]
     pub(crate) fn expect(&mut self, rows: usize) {
         self.seconds.reserve(rows);
     }
@@ -183,7 +184,7 @@ impl Time {
         };
         let Some(last) = &mut self.last else {
             let text = cell.to_owned();
-            self.last = Some(Last { seconds, place, text: text, same: 1 });
+            self.last = Some(Last { seconds, place, text, same: 1 });
             self.seconds.push(seconds);
             return;
         };

@@ -1,44 +1,25 @@
-//! Reads Parquet files into columns, and writes tables as Parquet.
+//! Reads Parquet files into columns, and writes tables as Parquet, with the `parquet` crate.
 //!
 //! Only the needed columns of a file are read, by groups of rows, so that memory holds just a few pages of one column
 //! in addition to the table.
 //!
-//! Every build can read files written by dgd ([`plain`]). Compressed files, dates and other features need the `parquet`
-//! crate ([`library`]), which takes longer to build than all of dgd's other file formats together.
+//! Without the feature `parquet`, files are only recognised.
 
 #[cfg(feature = "parquet")]
-mod library;
-#[cfg_attr(feature = "parquet", allow(dead_code, reason = "the library reads all files"))]
-mod plain;
-mod thrift;
+mod read;
+#[cfg(feature = "parquet")]
 mod write;
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
+#[cfg(feature = "parquet")]
+pub(crate) use read::read;
+#[cfg(feature = "parquet")]
 pub(crate) use write::ParquetWriter;
 
 /// Magic bytes at both ends of a Parquet file.
 pub(crate) const MAGIC: &[u8] = b"PAR1";
-
-/// The reason why a file was not read.
-#[derive(Debug)]
-pub(crate) struct Unread {
-    pub(crate) why: String,
-    pub(crate) help: Option<&'static str>,
-}
-
-impl From<String> for Unread {
-    fn from(why: String) -> Self {
-        Unread { why, help: None }
-    }
-}
-
-impl From<io::Error> for Unread {
-    fn from(error: io::Error) -> Self {
-        error.to_string().into()
-    }
-}
 
 /// A file with random access.
 pub(crate) enum Place {
@@ -86,20 +67,18 @@ impl Place {
 }
 
 /// Some rows of a column.
+#[cfg(feature = "parquet")]
 pub(crate) enum Cells {
     /// Numbers, NaN for missing ones.
     Numbers(Vec<f64>),
     /// Texts, empty for missing ones.
     Texts(Vec<String>),
     /// A text for each of this many rows of an unsupported type.
-    #[cfg_attr(
-        not(feature = "parquet"),
-        allow(dead_code, reason = "only the library reads on there")
-    )]
     Other(&'static str, usize),
 }
 
 /// Receives the columns of a file.
+#[cfg(feature = "parquet")]
 pub(crate) trait TakesColumns {
     /// Receives names, the number of rows, and the size in bytes; returns which columns are needed, or `None` to stop.
     fn begin(&mut self, names: &[String], n_rows: usize, bytes: u64) -> Option<Vec<bool>>;
@@ -108,29 +87,17 @@ pub(crate) trait TakesColumns {
     fn take(&mut self, column: usize, cells: Cells);
 }
 
-/// Reads a file: a simple one, such as dgd writes, or any with the library.
-#[cfg_attr(
-    not(feature = "parquet"),
-    allow(clippy::needless_pass_by_value, reason = "the library needs the file as its own")
-)]
-pub(crate) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), Unread> {
-    #[cfg(feature = "parquet")]
-    return library::read(place, table);
-    #[cfg(not(feature = "parquet"))]
-    plain::read(&place, table)
-}
-
 /// Whether a panic of this thread, in the library that reads Parquet, is caught and becomes a message, so that a panic
 /// hook should stay silent.
 pub fn catches_panics() -> bool {
     #[cfg(feature = "parquet")]
-    return library::catches_panics();
+    return read::catches_panics();
     #[cfg(not(feature = "parquet"))]
     false
 }
 
 /// A CSV table as a Parquet file.
-#[cfg(test)]
+#[cfg(all(test, feature = "parquet"))]
 pub(crate) fn written(csv: &str) -> Vec<u8> {
     use std::io::Write as _;
 
@@ -141,7 +108,7 @@ pub(crate) fn written(csv: &str) -> Vec<u8> {
     bytes
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "parquet"))]
 #[derive(Default)]
 pub(crate) struct Text {
     names: Vec<String>,
@@ -149,7 +116,7 @@ pub(crate) struct Text {
     n_rows: usize,
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "parquet"))]
 impl TakesColumns for Text {
     fn begin(&mut self, names: &[String], n_rows: usize, _: u64) -> Option<Vec<bool>> {
         self.names = names.to_vec();
@@ -171,7 +138,7 @@ impl TakesColumns for Text {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "parquet"))]
 impl Text {
     /// The CSV text of the columns.
     pub(crate) fn to_csv(&self) -> String {

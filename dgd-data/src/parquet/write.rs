@@ -1,93 +1,66 @@
 //! Writes a table as Parquet, with the same names, units and numbers as in CSV.
 //!
 //! Columns are doubles, or UTF-8 if any cell is not a number; an empty cell is a null. Pages are plain and
-//! uncompressed, one for each column of a row group, so that every reader can read them.
+//! uncompressed, so that every reader can read them.
 
 use std::io::{self, Write};
 use std::mem::take;
+use std::sync::Arc;
 
-use super::MAGIC;
-use super::thrift::Encoder;
+use bytes::Bytes;
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use parquet::errors::Result;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::Type;
 
 /// Cells in a row group, over all columns.
 const GROUP: usize = 1 << 21;
 
-// Constants of the format.
-pub(super) const DOUBLE: i32 = 5;
-pub(super) const BYTE_ARRAY: i32 = 6;
-pub(super) const OPTIONAL: i32 = 1;
-pub(super) const PLAIN: i32 = 0;
-pub(super) const RLE: i32 = 3;
-pub(super) const DATA_PAGE: i32 = 0;
-pub(super) const UNCOMPRESSED: i32 = 0;
-const UTF8: i32 = 0;
-
 /// Converts CSV text in the format of [`write_table`](crate::write::write_table) to Parquet.
 pub(crate) struct ParquetWriter<'a> {
     out: &'a mut dyn Write,
-    /// Bytes written.
-    offset: usize,
     /// The current, incomplete line.
     line: Vec<u8>,
     in_quotes: bool,
     columns: Vec<Column>,
     /// Rows in the current group.
     rows: usize,
-    all_rows: usize,
-    groups: Vec<Group>,
+    /// Begun with the first group, whose cells determine the types of the columns. Its bytes are moved to `out`.
+    file: Option<SerializedFileWriter<Vec<u8>>>,
 }
 
 #[derive(Default)]
 struct Column {
     name: String,
-    /// Determined when the first group is written.
-    kind: Option<i32>,
+    is_text: bool,
     /// The group's cells, concatenated, and the end of each.
     cells: Vec<u8>,
     ends: Vec<usize>,
-}
-
-struct Group {
-    rows: usize,
-    chunks: Vec<Chunk>,
-}
-
-struct Chunk {
-    offset: usize,
-    size: usize,
 }
 
 impl<'a> ParquetWriter<'a> {
     pub(crate) fn new(out: &'a mut dyn Write) -> Self {
         ParquetWriter {
             out,
-            offset: 0,
             line: Vec::new(),
             in_quotes: false,
             columns: Vec::new(),
             rows: 0,
-            all_rows: 0,
-            groups: Vec::new(),
+            file: None,
         }
     }
 
     /// Writes the last group and the metadata of the file.
     pub(crate) fn finish(mut self) -> io::Result<()> {
         self.end_group()?;
-        self.begin()?;
-        let description = self.description();
-        self.put(&description)?;
-        self.put(&length(description.len())?.to_le_bytes())?;
-        self.put(MAGIC)
-    }
-
-    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.offset += bytes.len();
-        self.out.write_all(bytes)
-    }
-
-    fn begin(&mut self) -> io::Result<()> {
-        if self.offset == 0 { self.put(MAGIC) } else { Ok(()) }
+        let file = match self.file.take() {
+            Some(file) => Ok(file),
+            None => begin(&self.columns),
+        };
+        let rest = file.and_then(SerializedFileWriter::into_inner).map_err(io::Error::other)?;
+        self.out.write_all(&rest)
     }
 
     /// Processes a complete line.
@@ -114,82 +87,60 @@ impl<'a> ParquetWriter<'a> {
     }
 
     fn end_group(&mut self) -> io::Result<()> {
-        let rows = take(&mut self.rows);
-        if rows == 0 {
+        if take(&mut self.rows) == 0 {
             return Ok(());
         }
-        self.begin()?;
-        let mut chunks = Vec::new();
-        for at in 0..self.columns.len() {
-            let page = self.columns[at].page()?;
-            let size = length(page.len())?;
-            let mut header = Encoder::default();
-            header.whole(|header| {
-                header.i32(1, DATA_PAGE);
-                header.i32(2, size);
-                header.i32(3, size);
-                header.structure(5, |page| {
-                    page.i32(1, short(rows));
-                    page.i32(2, PLAIN);
-                    // Encodings of definition levels and, unused here, of repetition levels.
-                    page.i32(3, RLE);
-                    page.i32(4, RLE);
-                });
-            });
-            chunks.push(Chunk { offset: self.offset, size: header.bytes.len() + page.len() });
-            self.put(&header.bytes)?;
-            self.put(&page)?;
-        }
-        self.groups.push(Group { rows, chunks });
-        self.all_rows += rows;
-        Ok(())
+        let file = match &mut self.file {
+            Some(file) => {
+                if let Some(mixed) = self.columns.iter().find(|one| !one.is_text && one.has_text())
+                {
+                    let message = format!("column `{}` holds numbers, and then a text", mixed.name);
+                    return Err(io::Error::other(message));
+                }
+                file
+            }
+            none => {
+                self.columns.iter_mut().for_each(|column| column.is_text = column.has_text());
+                none.insert(begin(&self.columns).map_err(io::Error::other)?)
+            }
+        };
+        write_group(file, &mut self.columns).map_err(io::Error::other)?;
+        file.flush()?;
+        self.out.write_all(&take(file.inner_mut()))
     }
+}
 
-    /// The metadata at the end of the file.
-    fn description(&self) -> Vec<u8> {
-        let kind = |column: &Column| column.kind.unwrap_or(DOUBLE);
-        let mut encoder = Encoder::default();
-        encoder.whole(|file| {
-            file.i32(1, 1);
-            let root = std::iter::once(None);
-            let schema: Vec<_> = root.chain(self.columns.iter().map(Some)).collect();
-            file.structs(2, &schema, |element, column| match column {
-                None => {
-                    element.text(4, "table");
-                    element.i32(5, short(self.columns.len()));
-                }
-                Some(column) => {
-                    element.i32(1, kind(column));
-                    element.i32(3, OPTIONAL);
-                    element.text(4, &column.name);
-                    if kind(column) == BYTE_ARRAY {
-                        element.i32(6, UTF8);
-                    }
-                }
-            });
-            file.i64(3, long(self.all_rows));
-            file.structs(4, &self.groups, |group, Group { rows, chunks }| {
-                let columns: Vec<_> = self.columns.iter().zip(chunks).collect();
-                group.structs(1, &columns, |chunk, (column, Chunk { offset, size })| {
-                    chunk.i64(2, long(*offset));
-                    chunk.structure(3, |data| {
-                        data.i32(1, kind(column));
-                        data.integers(2, &[PLAIN, RLE]);
-                        data.texts(3, &[&column.name]);
-                        data.i32(4, UNCOMPRESSED);
-                        data.i64(5, long(*rows));
-                        data.i64(6, long(*size));
-                        data.i64(7, long(*size));
-                        data.i64(9, long(*offset));
-                    });
-                });
-                group.i64(2, chunks.iter().map(|chunk| long(chunk.size)).sum());
-                group.i64(3, long(*rows));
-            });
-            file.text(6, concat!("dgd ", env!("CARGO_PKG_VERSION")));
-        });
-        encoder.bytes
+/// Begins a file with these columns.
+fn begin(columns: &[Column]) -> Result<SerializedFileWriter<Vec<u8>>> {
+    let field = |column: &Column| {
+        let (kind, logical) = if column.is_text {
+            (Physical::BYTE_ARRAY, Some(LogicalType::String))
+        } else {
+            (Physical::DOUBLE, None)
+        };
+        let field = Type::primitive_type_builder(&column.name, kind);
+        field.with_repetition(Repetition::OPTIONAL).with_logical_type(logical).build().map(Arc::new)
+    };
+    let fields = columns.iter().map(field).collect::<Result<_>>()?;
+    let schema = Type::group_type_builder("table").with_fields(fields).build()?;
+    let properties = WriterProperties::builder()
+        .set_created_by(concat!("dgd ", env!("CARGO_PKG_VERSION")).to_owned())
+        .set_compression(Compression::UNCOMPRESSED)
+        .set_dictionary_enabled(false)
+        .set_statistics_enabled(EnabledStatistics::None)
+        .build();
+    SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))
+}
+
+/// Moves the cells of the columns to a group of rows.
+fn write_group(file: &mut SerializedFileWriter<Vec<u8>>, columns: &mut [Column]) -> Result<()> {
+    let mut group = file.next_row_group()?;
+    for column in columns {
+        let chunk = group.next_column()?;
+        column.write(chunk.unwrap_or_else(|| unreachable!("the schema has all columns")))?;
     }
+    group.close()?;
+    Ok(())
 }
 
 impl Write for ParquetWriter<'_> {
@@ -212,71 +163,45 @@ impl Write for ParquetWriter<'_> {
 }
 
 impl Column {
-    /// Takes the cells of the group as a page.
-    fn page(&mut self) -> io::Result<Vec<u8>> {
-        let (bytes, ends) = (take(&mut self.cells), take(&mut self.ends));
-        let starts = std::iter::once(0).chain(ends.iter().copied());
-        let cells: Vec<&[u8]> = starts.zip(&ends).map(|(start, end)| &bytes[start..*end]).collect();
-        // An empty cell and `NaN` are missing numbers; an empty text is a text.
-        let numbers: Option<Vec<f64>> = cells.iter().map(|cell| number(cell)).collect();
-        match (self.kind, numbers) {
-            (None | Some(DOUBLE), Some(numbers)) => {
-                self.kind = Some(DOUBLE);
-                let mut page = levels(numbers.iter().map(|number| !number.is_nan()))?;
-                for number in numbers.iter().filter(|number| !number.is_nan()) {
-                    page.extend_from_slice(&number.to_le_bytes());
-                }
-                Ok(page)
-            }
-            (None | Some(BYTE_ARRAY), _) => {
-                self.kind = Some(BYTE_ARRAY);
-                let mut page = levels(cells.iter().map(|_| true))?;
-                for cell in cells {
-                    page.extend_from_slice(&length(cell.len())?.to_le_bytes());
-                    page.extend_from_slice(cell);
-                }
-                Ok(page)
-            }
-            _ => {
-                let name = &self.name;
-                Err(io::Error::other(format!("column `{name}` holds numbers, and then a text")))
-            }
-        }
+    fn cells(&self) -> impl Iterator<Item = &[u8]> {
+        ranges(&self.ends).map(|(start, end)| &self.cells[start..end])
     }
+
+    fn has_text(&self) -> bool {
+        self.cells().any(|cell| number(cell).is_none())
+    }
+
+    /// Moves the cells of the group to the file.
+    fn write(&mut self, mut chunk: SerializedColumnWriter<'_>) -> Result<()> {
+        if self.is_text {
+            // An empty text is a text.
+            let there = vec![1; self.ends.len()];
+            let (cells, ends) = (Bytes::from(take(&mut self.cells)), take(&mut self.ends));
+            let texts: Vec<ByteArray> =
+                ranges(&ends).map(|(start, end)| cells.slice(start..end).into()).collect();
+            chunk.typed::<ByteArrayType>().write_batch(&texts, Some(&there), None)?;
+        } else {
+            // An empty cell and `NaN` are missing numbers.
+            let mut numbers: Vec<f64> = self.cells().filter_map(number).collect();
+            let there: Vec<i16> = numbers.iter().map(|one| i16::from(!one.is_nan())).collect();
+            numbers.retain(|one| !one.is_nan());
+            chunk.typed::<DoubleType>().write_batch(&numbers, Some(&there), None)?;
+            self.cells.clear();
+            self.ends.clear();
+        }
+        chunk.close()
+    }
+}
+
+/// The ranges of cells that follow each other, from their ends.
+fn ranges(ends: &[usize]) -> impl Iterator<Item = (usize, usize)> {
+    let starts = std::iter::once(0).chain(ends.iter().copied());
+    starts.zip(ends.iter().copied())
 }
 
 /// A cell's number, NaN if it is empty; `None` for a text.
 fn number(cell: &[u8]) -> Option<f64> {
     if cell.is_empty() { Some(f64::NAN) } else { str::from_utf8(cell).ok()?.parse().ok() }
-}
-
-/// Presence of values, as run lengths.
-fn levels(there: impl Iterator<Item = bool>) -> io::Result<Vec<u8>> {
-    let mut runs: Vec<(bool, u64)> = Vec::new();
-    for there in there {
-        match runs.last_mut() {
-            Some((last, count)) if *last == there => *count += 1,
-            _ => runs.push((there, 1)),
-        }
-    }
-    let mut bytes = vec![0; 4];
-    for (there, count) in runs {
-        let mut header = count << 1;
-        while header >= 0x80 {
-            bytes.push(header as u8 | 0x80);
-            header >>= 7;
-        }
-        bytes.push(header as u8);
-        bytes.push(there.into());
-    }
-    let size = length(bytes.len() - 4)?;
-    bytes[..4].copy_from_slice(&size.to_le_bytes());
-    Ok(bytes)
-}
-
-/// A length in the type of the format.
-fn length(bytes: usize) -> io::Result<i32> {
-    i32::try_from(bytes).map_err(|_| io::Error::other("a page is longer than Parquet allows"))
 }
 
 /// The cells of a line, without their quotes.
@@ -299,14 +224,4 @@ fn cells(line: &[u8]) -> Vec<Vec<u8>> {
     }
     cells.push(cell);
     cells
-}
-
-/// A count in the type of the format; no table is too long for it.
-fn long(count: usize) -> i64 {
-    i64::try_from(count).unwrap_or(i64::MAX)
-}
-
-/// A count within a page or a file's list of columns.
-fn short(count: usize) -> i32 {
-    i32::try_from(count).unwrap_or(i32::MAX)
 }

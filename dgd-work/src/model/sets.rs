@@ -5,7 +5,7 @@ use std::path::Path;
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use dgd_compiler::source::Sources;
-use dgd_data::{FileSystem, Reading, Table, select};
+use dgd_data::{FileSystem, Reading, Sha256Digest, Table, select};
 
 /// One set, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +21,7 @@ pub(crate) struct Set {
 pub(crate) struct Sets {
     pub(crate) all: Vec<Set>,
     /// Digest of the file.
-    pub(crate) digest: Option<u128>,
+    pub(crate) digest: Option<Sha256Digest>,
 }
 
 /// Reads sets; columns are parameters, and states for their initial values. An empty cell keeps the value of the model.

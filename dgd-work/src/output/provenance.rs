@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dgd_compiler::source::Sources;
-use dgd_identify::journal::Digest;
+use dgd_data::Sha256Digest;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -12,7 +12,7 @@ use crate::session::Session;
 /// Version of the schema of results, `docs/results.schema.json`.
 ///
 /// It is incremented if a key is removed or changes its meaning; new keys leave it unchanged.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// Provenance of a result: equal provenances and requests give equal results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -41,8 +41,11 @@ pub struct DataFile {
 }
 
 impl DataFile {
-    pub(crate) fn new(path: &Path, digest: Option<u128>) -> Self {
-        DataFile { file: path.display().to_string(), digest: digest.map(shown) }
+    pub(crate) fn new(path: &Path, digest: Option<Sha256Digest>) -> Self {
+        DataFile {
+            file: path.display().to_string(),
+            digest: digest.map(|digest| digest.to_string()),
+        }
     }
 }
 
@@ -65,14 +68,10 @@ impl Provenance {
     }
 }
 
-/// Digest of all texts that a model was compiled from.
+/// Digest of all texts that a model was compiled from; of a single text, that of the text.
 pub(crate) fn of_model(sources: &Sources) -> String {
-    let texts = sources.iter().map(|source| source.text.as_bytes());
+    let texts = sources.iter().map(|source| source.text.as_str());
     // A byte that texts cannot contain separates them.
-    shown(texts.fold(Digest::EMPTY, |digest, text| digest.bytes(text).bytes(b"\0")).value())
-}
-
-/// FNV-1a with 128 bits, in 32 hexadecimal digits.
-fn shown(digest: u128) -> String {
-    format!("fnv1a-128:{digest:032x}")
+    let separated = texts.enumerate().flat_map(|(k, text)| [if k == 0 { "" } else { "\0" }, text]);
+    Sha256Digest::of(separated).to_string()
 }

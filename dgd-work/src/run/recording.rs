@@ -7,7 +7,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::Unit;
 use dgd_data::select::{self, Gaps};
-use dgd_data::{Epoch, Reading, Rename, Table};
+use dgd_data::{Epoch, Reading, Rename, Sha256Digest, Table};
 use dgd_execute::Loaded;
 use dgd_identify::Recording as Experiment;
 use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
@@ -33,7 +33,7 @@ pub(crate) struct Recording {
     /// How its rows are timed.
     pub clock: Clock,
     /// Digest of its bytes; none for a stream.
-    pub digest: Option<u128>,
+    pub digest: Option<Sha256Digest>,
     /// The timestamp of the first row, if times are timestamps.
     pub epoch: Option<Epoch>,
     pub times: Vec<f64>,

@@ -9,7 +9,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_data::select::Gaps;
 use dgd_data::stream::Stream;
-use dgd_data::{self as data, Epoch, FileSystem, Reading};
+use dgd_data::{self as data, Epoch, FileSystem, Reading, Sha256Digest};
 
 use crate::error::WorkError;
 use crate::request::TrackRequest;
@@ -35,7 +35,7 @@ pub(super) struct LeftOut {
 /// Rows, one after the other.
 pub(super) struct Rows<'a> {
     source: From,
-    digest: Option<u128>,
+    digest: Option<Sha256Digest>,
     session: Session<'a>,
     is_strict: bool,
     /// Rows left out since the last call of [`Self::take_left_out`].
@@ -103,7 +103,7 @@ impl<'a> Rows<'a> {
             }
         }
         // A file is read once more for its digest, because the header of a run comes before its rows.
-        let whole = || files.open(path).ok().and_then(|file| data::digest(file).ok());
+        let whole = || files.open(path).ok().and_then(|file| Sha256Digest::read(file).ok());
         let digest = match source {
             None => recording.digest,
             Some(_) => (is_file && files.is_file(path)).then(whole).flatten(),
@@ -152,7 +152,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Digest of the file; none for a stream.
-    pub(super) fn digest(&self) -> Option<u128> {
+    pub(super) fn digest(&self) -> Option<Sha256Digest> {
         self.digest
     }
 

@@ -1,4 +1,4 @@
-//! `table head(q [lpm]) [m] = (0, 305), (1200, 301), …  pchip, beyond refuse`
+//! Parses a table: `table head(q [lpm]) [m] = (0, 305), (1200, 301), …  pchip, beyond refuse`.
 
 use nom::Parser;
 use nom::combinator::cut;

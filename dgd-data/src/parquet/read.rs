@@ -3,7 +3,7 @@
 //! Columns that do not hold single numbers, times or texts (lists, binary data) become text, so that they are refused
 //! only if a model reads them.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use bytes::Bytes;
@@ -12,12 +12,12 @@ use jiff::tz::Offset;
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, TimestampType, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
-use parquet::errors::{ParquetError, Result};
+use parquet::errors::{ParquetError, Result as Read};
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
-use super::{Cells, Place, TakesColumns, Unread};
+use super::{Cells, Place, TakesColumns};
 
 thread_local! {
     /// Whether this thread is in the library.
@@ -29,18 +29,30 @@ pub(super) fn catches_panics() -> bool {
     CATCHES.get()
 }
 
-/// Reads a file column by column within groups of rows.
-pub(super) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), Unread> {
-    let length = place.len().map_err(|error| Unread::from(error.to_string()))?;
+/// Reads a file column by column within groups of rows. An error names the column and the group, counted from 0.
+pub(crate) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), String> {
+    let length = place.len().map_err(|error| error.to_string())?;
+    let at = RefCell::default();
     // The library panics on some damaged files that `verify` does not detect. Their data is then discarded.
     CATCHES.set(true);
     let read = catch_unwind(AssertUnwindSafe(|| match place {
-        Place::Memory(bytes) => columns_of(Bytes::from(bytes), length, table),
-        Place::File(file) => columns_of(file, length, table),
+        Place::Memory(bytes) => columns_of(Bytes::from(bytes), length, table, &at),
+        Place::File(file) => columns_of(file, length, table, &at),
     }))
     .unwrap_or_else(|_| Err(damaged()));
     CATCHES.set(false);
-    read.map_err(|error| error.to_string().into())
+    read.map_err(|error| {
+        let place: Option<String> = at.into_inner();
+        place.into_iter().chain([message(error)]).collect::<Vec<_>>().join(": ")
+    })
+}
+
+/// An error of the library, without its category.
+fn message(error: ParquetError) -> String {
+    match error {
+        ParquetError::General(message) | ParquetError::EOF(message) => message,
+        other => other.to_string(),
+    }
 }
 
 fn damaged() -> ParquetError {
@@ -48,7 +60,7 @@ fn damaged() -> ParquetError {
 }
 
 /// Checks that all columns are within the file.
-fn verify(metadata: &ParquetMetaData, length: u64) -> Result<()> {
+fn verify(metadata: &ParquetMetaData, length: u64) -> Read<()> {
     let within = |column: &ColumnChunkMetaData| {
         let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
         let end = u64::try_from(start)
@@ -65,7 +77,8 @@ fn columns_of<R: ChunkReader + 'static>(
     file: R,
     length: u64,
     table: &mut dyn TakesColumns,
-) -> Result<()> {
+    at: &RefCell<Option<String>>,
+) -> Read<()> {
     let file = SerializedFileReader::new(file)?;
     verify(file.metadata(), length)?;
     let schema = file.metadata().file_metadata().schema_descr_ptr();
@@ -73,8 +86,7 @@ fn columns_of<R: ChunkReader + 'static>(
         usize::try_from(group.num_rows())
             .map_err(|_| ParquetError::General("a negative number of rows".to_owned()))
     };
-    let groups =
-        file.metadata().row_groups().iter().map(of_group).collect::<Result<Vec<usize>>>()?;
+    let groups = file.metadata().row_groups().iter().map(of_group).collect::<Read<Vec<usize>>>()?;
     let n_rows =
         groups.iter().try_fold(0_usize, |sum, n| sum.checked_add(*n)).ok_or_else(damaged)?;
     if n_rows > 0 && schema.columns().iter().all(|column| other(column).is_some()) {
@@ -83,14 +95,15 @@ fn columns_of<R: ChunkReader + 'static>(
     let names: Vec<String> =
         schema.columns().iter().map(|column| column.name().to_owned()).collect();
     let Some(wanted) = table.begin(&names, n_rows, length) else { return Ok(()) };
-    for (at, column) in schema.columns().iter().enumerate().filter(|(at, _)| wanted[*at]) {
+    for (k, column) in schema.columns().iter().enumerate().filter(|(k, _)| wanted[*k]) {
         if let Some(what) = other(column) {
-            table.take(at, Cells::Other(what, n_rows));
+            table.take(k, Cells::Other(what, n_rows));
             continue;
         }
         for (group, n_rows) in groups.iter().enumerate() {
-            let reader = file.get_row_group(group)?.get_column_reader(at)?;
-            column_of(reader, column, *n_rows, &mut |cells| table.take(at, cells))?;
+            at.replace(Some(format!("column `{}`, row group {group}", column.name())));
+            let reader = file.get_row_group(group)?.get_column_reader(k)?;
+            column_of(reader, column, *n_rows, &mut |cells| table.take(k, cells))?;
         }
     }
     Ok(())
@@ -113,7 +126,7 @@ fn column_of(
     column: &ColumnDescriptor,
     n_rows: usize,
     take: &mut dyn FnMut(Cells),
-) -> Result<()> {
+) -> Read<()> {
     let logical = logical_type(column);
     match reader {
         ColumnReader::BoolColumnReader(reader) => batches(reader, column, n_rows, |values| {
@@ -185,7 +198,7 @@ fn batches<T: DataType>(
     column: &ColumnDescriptor,
     n_rows: usize,
     mut take: impl FnMut(Vec<Option<T::T>>),
-) -> Result<()> {
+) -> Read<()> {
     // A value is present if it has the highest definition level.
     let there = column.max_def_level();
     let mut left = n_rows;
@@ -240,6 +253,7 @@ fn stamp(nanoseconds: i128, utc: bool) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write as _;
     use std::sync::Arc;
 
     use dgd_compiler::diagnostics::Diagnostics;
@@ -250,19 +264,18 @@ mod tests {
     use parquet::schema::types::Type;
 
     use super::*;
-    use crate::parquet::{Text, plain};
+    use crate::parquet::{ParquetWriter, Text, written};
     use crate::read_from;
-    use crate::write::{Written, save_parquet, write_table};
 
     /// The CSV text equivalent to a file.
     fn to_csv(file: Vec<u8>) -> Result<String, String> {
         let mut text = Text::default();
         let read = read(Place::Memory(file), &mut text);
-        read.map(|()| text.to_csv()).map_err(|unread| unread.why)
+        read.map(|()| text.to_csv())
     }
 
     /// Three rows of a timestamp, an optional number, and a text.
-    fn file() -> Result<Vec<u8>> {
+    fn file() -> Read<Vec<u8>> {
         let field = |name, physical, repetition, logical| {
             let field = Type::primitive_type_builder(name, physical);
             field.with_repetition(repetition).with_logical_type(logical).build().map(Arc::new)
@@ -337,21 +350,38 @@ mod tests {
     }
 
     #[test]
-    fn the_library_reads_what_dgd_writes() {
-        let unit = dgd_runtime::Unit { symbol: "lpm".into(), factor: 1.0 / 60_000.0, offset: 0.0 };
-        let time: Vec<f64> = (0..5000).map(|i| f64::from(i) * 0.1).collect();
-        let gap = |i: i32| if i % 3 == 0 { f64::NAN } else { f64::from(i).sin() };
-        let values: Vec<f64> = (0..5000).map(gap).collect();
-        let columns = [Written::new("q, \"a\"", &unit, &values)];
-        let folder = tempfile::tempdir().expect("a folder for the test");
-        let path = folder.path().join("a.parquet");
-        let rows = |out: &mut dyn std::io::Write| write_table(out, Some(&time), &columns);
-        save_parquet(&path, rows).expect("the folder is writable");
-        let file = std::fs::read(path).expect("it was written");
-        let mut ours = Text::default();
-        plain::read(&Place::Memory(file.clone()), &mut ours).expect("a file of ours");
-        let ours = ours.to_csv();
-        assert_eq!(to_csv(file).expect("a Parquet file"), ours);
-        assert_eq!(ours.lines().next(), Some("time [s],\"q, \"\"a\"\" [lpm]\""));
+    fn a_table_is_read_as_it_was_written() {
+        let table = "time [s],\"q, \"\"a\"\" [lpm]\",unit\n\
+                     0,0.1,1\n1e-300,NaN,1/s\n2,NaN,\"a,b\"\n3,-inf,\n4,-0,x\n";
+        assert_eq!(to_csv(written(table)).as_deref(), Ok(table));
+        // Several groups of rows, and runs of missing values.
+        let cell = |i: i32| if i / 1000 % 2 == 0 { "NaN".to_owned() } else { i.to_string() };
+        let row = |i: i32| format!("{i},{}\n", vec![cell(i); 60].join(","));
+        let names: Vec<String> = (0..60).map(|j| format!(",c{j}")).collect();
+        let head = names.concat();
+        let long = format!("time [s]{head}\n{}", (0..50_000).map(row).collect::<String>());
+        assert!(to_csv(written(&long)).as_deref() == Ok(long.as_str()));
+        assert_eq!(to_csv(written("x [m]\n")).as_deref(), Ok("x [m]\n"));
+    }
+
+    #[test]
+    fn a_text_among_numbers_of_an_earlier_group_is_not_dropped() {
+        let mut out = Vec::new();
+        let mut writer = ParquetWriter::new(&mut out);
+        let text = format!("x\n{}a\n", "1\n".repeat(1 << 21));
+        writer.write_all(text.as_bytes()).expect("to memory");
+        let error = writer.finish().expect_err("a column has one type").to_string();
+        assert_eq!(error, "column `x` holds numbers, and then a text");
+    }
+
+    #[test]
+    fn an_error_names_the_column_and_the_group_of_rows() {
+        let mut file = written(&format!("x [m],y [m]\n{}", "1,2\n".repeat((1 << 20) + 2)));
+        let end = file.windows(8).rposition(|bytes| bytes == 2.0_f64.to_le_bytes());
+        // The header of the last page of `y`, which has two rows.
+        let end = end.expect("y has values") - 8;
+        file[end - 24..end].fill(0xff);
+        let error = to_csv(file).expect_err("a damaged page");
+        assert!(error.starts_with("column `y [m]`, row group 1: "), "{error}");
     }
 }
