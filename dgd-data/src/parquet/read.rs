@@ -9,7 +9,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use bytes::Bytes;
 use jiff::Timestamp;
 use jiff::tz::Offset;
-use parquet::basic::{ConvertedType, LogicalType, TimeUnit, TimestampType, Type as Physical};
+use parquet::basic::{
+    Compression, ConvertedType, LogicalType, TimeUnit, TimestampType, Type as Physical,
+};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
 use parquet::errors::{ParquetError, Result as Read};
@@ -73,6 +75,20 @@ fn verify(metadata: &ParquetMetaData, length: u64) -> Read<()> {
     if is_within { Ok(()) } else { Err(damaged()) }
 }
 
+/// Refuses compressions that the library was built without.
+fn verify_codec(codec: Compression) -> Read<()> {
+    match codec {
+        Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::ZSTD(_) => Ok(()),
+        other => {
+            let name = other.to_string();
+            let name = name.split('(').next().unwrap_or_default();
+            Err(ParquetError::General(format!(
+                "it is compressed with {name}: write the file with Snappy or Zstandard"
+            )))
+        }
+    }
+}
+
 fn columns_of<R: ChunkReader + 'static>(
     file: R,
     length: u64,
@@ -102,6 +118,7 @@ fn columns_of<R: ChunkReader + 'static>(
         }
         for (group, n_rows) in groups.iter().enumerate() {
             at.replace(Some(format!("column `{}`, row group {group}", column.name())));
+            verify_codec(file.metadata().row_group(group).column(k).compression())?;
             let reader = file.get_row_group(group)?.get_column_reader(k)?;
             column_of(reader, column, *n_rows, &mut |cells| table.take(k, cells))?;
         }
@@ -372,6 +389,17 @@ mod tests {
         writer.write_all(text.as_bytes()).expect("to memory");
         let error = writer.finish().expect_err("a column has one type").to_string();
         assert_eq!(error, "column `x` holds numbers, and then a text");
+    }
+
+    #[test]
+    fn another_compression_is_refused_with_its_name() {
+        // The codec follows the path of the column in the metadata.
+        let mut file = written("x [m]\n1\n");
+        let path = file.windows(6).rposition(|bytes| bytes == b"x [m]\x15");
+        file[path.expect("a path and a codec") + 6] = 4;
+        let error = "column `x [m]`, row group 0: it is compressed with GZIP: \
+                     write the file with Snappy or Zstandard";
+        assert_eq!(to_csv(file), Err(error.to_owned()));
     }
 
     #[test]
