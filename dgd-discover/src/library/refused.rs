@@ -12,7 +12,7 @@ use super::structure::{BaseModel, Refused};
 /// Maximum number of candidates that are verified in one model: compilation grows faster than their number.
 const VERIFIED_TOGETHER: usize = 24;
 
-/// Candidates in groups in which none excludes another.
+/// Groups of candidates in which none excludes another.
 fn compatible(candidates: &[Candidate<'_>], range: Range<usize>) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for one in range {
