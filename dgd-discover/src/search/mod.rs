@@ -115,7 +115,7 @@ impl Search<'_> {
         std::iter::once(StructureId::BASE).chain(best).collect()
     }
 
-    /// The verdict on what was tried so far.
+    /// The verdict on the structures tried so far.
     fn judged(&self, question: Question) -> Outcome {
         Verdict::of(&self.ranking(question), &self.thresholds)
     }
@@ -217,7 +217,7 @@ impl Search<'_> {
                 return Outcome::Unexplained;
             }
             self.finish(&[best]);
-            // What ended at a bound cannot be named, but the rest may do without it.
+            // An effect at a bound cannot be named, but the rest may suffice without it.
             if let Some(effect) = self.at_bound(best).first() {
                 let rest = best.without(*effect);
                 self.settle(rest, best);
