@@ -344,7 +344,8 @@ fn plain_causes_of(
     }
 }
 
-/// Looks for a law if no effect of the library explains the recordings. It has to explain them better than templates do.
+/// Looks for a law if no effect of the library explains the recordings. It has to explain them better than templates
+/// do.
 fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Looked {
     let Prepared { request, model, fitted, .. } = prepared;
     let Request { base, sources, threads, .. } = **request;

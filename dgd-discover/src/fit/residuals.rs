@@ -85,7 +85,8 @@ pub(crate) fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
 }
 
 /// Factor by which to raise the limit of each output's mean square relative to the noise, for the uncertainty of both:
-/// a limit of 1.1 then accepts a correct model in 99 of 100 recordings, however short and however many outputs they have.
+/// a limit of 1.1 then accepts a correct model in 99 of 100 recordings, however short and however many outputs they
+/// have.
 pub(crate) fn slack(
     by_output: &[(f64, usize)],
     noise: &[Option<SensorNoise>],

@@ -11,8 +11,8 @@ use crate::guess::Shape;
 
 /// Largest number of terms.
 pub(super) const MOST_TERMS: usize = 4;
-/// Fractions of the walks' intensities at which columns are whitened: with all of it, terms that a set lacks do no harm;
-/// with next to nothing, only the whole law fits.
+/// Fractions of the walks' intensities at which columns are whitened: with all of it, terms that a set lacks do no
+/// harm; with next to nothing, only the whole law fits.
 const SHARES: [f64; 3] = [1.0, 1e-3, 1e-7];
 /// Largest number of columns times readings, which are in memory at once.
 const MOST_NUMBERS: usize = 20_000_000;
@@ -55,8 +55,8 @@ impl Draft {
         (self.left - other.left).abs() < TWINS && places(self) == places(other)
     }
 
-    /// The drafts that lack one of its terms, or have a plainer one in its place, with the coefficient that comes closest
-    /// to it: a factor may make up for its mean, and a bend outside the recorded range for a straight line.
+    /// The drafts that lack one of its terms, or have a plainer one in its place, with the coefficient that comes
+    /// closest to it: a factor may make up for its mean, and a bend outside the recorded range for a straight line.
     pub(super) fn simpler(&self, sighting: &Sighting) -> Vec<Draft> {
         let values = sighting.all_values();
         let mut drafts = Vec::new();

@@ -103,8 +103,9 @@ impl Plain<'_> {
         gain > search.thresholds.least_gain && self.is_promising(one)
     }
 
-    /// Where fits of a number start: at its value, and at the likeliest of those that it would have in another unit or with
-    /// its decimal point elsewhere. The rest of the model has not adapted to these, so that the first may seem better.
+    /// Where fits of a number start: at its value, and at the likeliest of those that it would have in another unit or
+    /// with its decimal point elsewhere. The rest of the model has not adapted to these, so that the first may seem
+    /// better.
     fn elsewhere(
         &self,
         structure: &Structure,

@@ -77,7 +77,8 @@ impl Search<'_> {
         }
         self.open_templates();
         if nearly_all != Outcome::Unexplained {
-            // Its remaining discrepancy may have another name, or all of it a name that explains more with no more effects.
+            // Its remaining discrepancy may have another name, or all of it a name that explains more with no more
+            // effects.
             let whole = nearly_all.structure();
             return match self.search(vec![StructureId::BASE, whole]) {
                 Outcome::Effects(other)

@@ -75,8 +75,8 @@ impl Search<'_> {
 
     /// The size of the noise in each block, as a fraction of the errors that a structure's rest leaves there.
     ///
-    /// Errors that the effect explains are not noise. Where it shows in only a few blocks, their random signs often agree
-    /// by chance, and then gain as much. All sizes are one if the structure does not explain the data.
+    /// Errors that the effect explains are not noise. Where it shows in only a few blocks, their random signs often
+    /// agree by chance, and then gain as much. All sizes are one if the structure does not explain the data.
     fn sizes_of_noise(&self, structure: StructureId, rest: StructureId) -> [f64; BLOCKS] {
         let mut sizes = [1.0; BLOCKS];
         let fits = self.fitted(structure).zip(self.fitted(rest));

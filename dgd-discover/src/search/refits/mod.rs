@@ -381,8 +381,9 @@ impl Search<'_> {
         self.confirm(wanted);
     }
 
-    /// The templates that do best alone, at other places than those of a structure that does not explain the recordings:
-    /// the right form may be at one of them, if it begins like a form that was tried and differs as it grows.
+    /// The templates that do best alone, at other places than those of a structure that does not explain the
+    /// recordings: the right form may be at one of them, if it begins like a form that was tried and differs as it
+    /// grows.
     fn other_places(&self, best: StructureId) -> Vec<usize> {
         let target = |c: &usize| self.candidates[*c].target();
         let mut known: Vec<String> = best.effects().map(|c| target(&c)).collect();
