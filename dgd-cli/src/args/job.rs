@@ -19,7 +19,8 @@ pub(crate) enum JobAction {
     /// Compute the pieces that have no result
     ///
     /// `dgd job run fleet.json --into results` computes all of them; run it on any number of machines to share the
-    /// work. In a Slurm array, each task computes one piece: `dgd job run fleet.json --into results --index $SLURM_ARRAY_TASK_ID`.
+    /// work. In a Slurm array, each task computes one piece:
+    /// `dgd job run fleet.json --into results --index $SLURM_ARRAY_TASK_ID`.
     ///
     /// An interrupted run leaves no partial results; the same command continues it. The result of a failed piece gives
     /// the reason, and the exit code is then 1.

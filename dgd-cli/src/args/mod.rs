@@ -106,7 +106,8 @@ pub(crate) enum Command {
     New(NewArgs),
     /// Check a model: syntax, names, units, structure, in all its variants
     ///
-    /// `dgd check model.dgd` lists the mistakes; `dgd check model.dgd --fix` fixes those that have only one possible correction.
+    /// `dgd check model.dgd` lists the mistakes; `dgd check model.dgd --fix` fixes those that have only one
+    /// possible correction.
     Check(CheckArgs),
     /// Format model files; comments are kept
     ///
@@ -142,8 +143,8 @@ pub(crate) enum Command {
     Linearize(LinearizeArgs),
     /// Find the missing term of an equation from measurements of all its other quantities
     ///
-    /// For example the flow missing from the balance of a level: `dgd invert models/mud_circulation.dgd --data run.csv --for riser
-    /// --unit lpm --plot missing.png`.
+    /// For example the flow missing from the balance of a level: `dgd invert models/mud_circulation.dgd --data run.csv
+    /// --for riser --unit lpm --plot missing.png`.
     Invert(InvertArgs),
     /// Estimate parameters and initial values from recordings
     ///

@@ -1,7 +1,9 @@
 //! A trajectory that follows the readings when the model's own simulation does not.
+//!
 //! If a simulation explains an output worse than its mean does, as in a closed loop or with diverging integrations, a
 //! linearisation around it does not describe the real plant. An extended Kalman filter then follows the readings
 //! instead: the model predicts from one sample to the next, and its error is process noise on all states alike,
+//!
 //! ```text
 //!   x⁻(k+1) = φ(x(k)),   P⁻ = Φ P Φᵀ + (10^j sizes)² h/T,   x = x⁻ + K (measured − w(x⁻))
 //! ```
