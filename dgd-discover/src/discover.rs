@@ -2,9 +2,9 @@
 //!
 //! ```text
 //!   prepare   a request            → the base model fitted, the noise, candidates
-//!   search    candidates           → what is believed, and why
-//!   refine    what is believed     → the base model and the corrected one, fitted to the end
-//!   explain   both fits            → what was found and when, what is left over
+//!   search    candidates           → the structure found, and the evidence for it
+//!   refine    that structure       → the base model and the corrected one, fitted to the end
+//!   explain   both fits            → effects and when they act, and the rest
 //!   report    all of it            → a Discovery
 //! ```
 
@@ -57,7 +57,8 @@ pub fn discover(
     discovered(request, None, diagnostics)
 }
 
-/// The same with given noise levels of each output in each recording, relative to their mean; `None` estimates them.
+/// [`discover`] with given noise levels of each output in each recording, relative to their mean; `None` estimates
+/// them.
 fn discovered(
     request: &Request<'_>,
     levels: Option<&[Vec<f64>]>,
@@ -109,8 +110,8 @@ fn discovered(
     Ok(Discovery { lonely, uneven, ..discovery })
 }
 
-/// The recordings without readings whose residuals in the base model are isolated spikes, and how many each output has
-/// lost.
+/// The recordings without isolated spikes in the residuals of the base model, and the number of readings that each
+/// output has lost.
 fn without_what_stands_alone(
     prepared: &Prepared<'_>,
 ) -> (Vec<Recording>, Vec<Recording>, Vec<usize>) {
@@ -146,9 +147,9 @@ struct Prepared<'a> {
 impl Prepared<'_> {
     /// Candidates of the library, then templates.
     fn candidates(&self) -> Vec<Candidate<'_>> {
-        let mut all = self.of_library.clone();
-        all.extend(generic(&self.templates, &self.request.base.asts));
-        all
+        let mut candidates = self.of_library.clone();
+        candidates.extend(generic(&self.templates, &self.request.base.asts));
+        candidates
     }
 
     /// Integration options for reported structures. Structures with and without events are compared, so all must step
@@ -164,9 +165,9 @@ struct Searched<'a> {
     outcome: Outcome,
     /// A law, if no effect explains the recordings.
     law: Option<Box<Law>>,
-    /// Laws in different equations that explain them alike …
+    /// Laws in different equations that explain the recordings equally well …
     rivals: Vec<Inserted>,
-    /// … and effects that do, and are not named for that; the base model if there are none.
+    /// … and the effects that do so too, and are therefore not named; the base model if there are none.
     doubted: StructureId,
     /// Equations that lack something together.
     lacking: Vec<String>,
@@ -176,7 +177,7 @@ struct Searched<'a> {
     beside: Vec<Alternative>,
     /// Evidence for each effect of the named structure.
     evidence: Vec<Evidence>,
-    /// What candidates promise in the base model: those of the library, then templates if they were tried.
+    /// Screens of the base model: candidates of the library, then templates if they were tried.
     screens: Vec<Screen>,
     /// Probability that the best of the first screen promises as much if nothing is missing.
     p_value: Option<f64>,
@@ -191,7 +192,7 @@ struct Refined<'a> {
     model_spreads: [ModelSpread; 2],
 }
 
-/// What was found, and what remains unexplained.
+/// The effects found, and where the rest is missing.
 struct Explained {
     circumstances: Circumstances,
     missing: Missing,
@@ -321,7 +322,7 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
     }
 }
 
-/// Plain causes, if they come first, or those beside an effect of the library.
+/// Plain causes, if they come first, or those as good as an effect of the library.
 fn plain_causes_of(
     prepared: &Prepared<'_>,
     search: &Search<'_>,
@@ -343,7 +344,8 @@ fn plain_causes_of(
     }
 }
 
-/// Looks for a law if no effect of the library explains the recordings. It has to explain them better than templates do.
+/// Looks for a law if no effect of the library explains the recordings. It has to explain them better than templates
+/// do.
 fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Looked {
     let Prepared { request, model, fitted, .. } = prepared;
     let Request { base, sources, threads, .. } = **request;
@@ -421,7 +423,7 @@ fn to_the_end(fitted: &Fitted, data: &Data<'_>) -> Result<Fitted, DiscoverError>
     Ok(fitted)
 }
 
-/// Explains what each effect does and when, and what no effect explains.
+/// Determines what each effect does and when, and locates what no effect explains.
 fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'_>) -> Explained {
     let Prepared { request, model, .. } = prepared;
     let Searched { search, outcome, evidence, .. } = searched;
@@ -429,9 +431,10 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
     let missing = missing_inputs(model, request.base.engine, before, data, request.threads);
     let circumstances = Circumstances::new(before, data);
     let structure = outcome.structure();
-    let found =
+    let reporter =
         Found { search, data, structure, after, model_spread, circumstances: &circumstances };
-    let effects = structure.effects().zip(evidence).map(|(c, evidence)| found.effect(c, *evidence));
+    let effects =
+        structure.effects().zip(evidence).map(|(c, evidence)| reporter.effect(c, *evidence));
     let mut effects: Vec<FoundEffect> = effects.collect();
     if let [only] = effects.as_mut_slice() {
         only.alternatives.extend(searched.beside.iter().cloned());
@@ -480,10 +483,10 @@ fn report(
         (None, None) => outcome.verdict(),
     };
     let Refined { data, before, after, model_spreads: [of_base, of_corrected] } = refined;
-    // A fault of columns has the recordings as they would have been without it.
+    // If columns are at fault, the corrected model is compared with the corrected recordings.
     let first = plain.as_ref().map(|plain| &plain.all[0]);
     let data_after = first.map_or_else(|| data.clone(), |first| first.data(&data));
-    let own = Request {
+    let request_after = Request {
         train: (data_after.train, request.train.1),
         valid: (data_after.valid, request.valid.1),
         ..**request
@@ -519,7 +522,7 @@ fn report(
         described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),
         unexplained,
         gap: gap((&before, &data), (&after, &data_after), &circumstances),
-        traces: traces(&own, &data_after, &before, &after),
+        traces: traces(&request_after, &data_after, &before, &after),
         missing: missing.ranked.into_iter().map(|found| found.missing).collect(),
         closed: missing.terms.map_or_else(Vec::new, |terms| terms.closed().to_vec()),
         nowhere: missing.reason,

@@ -1,8 +1,7 @@
-//! Finds where a model and recordings disagree, which known effect is missing, and what each equation would have
-//! needed.
+//! Finds where a model and recordings disagree, which known effect is missing, and the term that each equation lacks.
 //!
 //! ```text
-//!   model, effects, recordings  → discover: a verdict, the corrected model, how sure it is
+//!   model, effects, recordings  → discover: a verdict, the corrected model, its uncertainty
 //!
 //!   measured                    → SensorNoise: σ of each sensor, from the data itself
 //!   measured − simulated, σ     → Whiteness: is there anything but noise?
@@ -11,8 +10,8 @@
 //!                               → reconstruct: the same where d is too large for one linearisation
 //! ```
 //!
-//! Residuals are measured − simulated, in SI units; a missing sample is NaN. Nothing here reads files, prints, or knows
-//! the subject of a model.
+//! Residuals are measured − simulated, in SI units; a missing sample is NaN. Nothing here reads files, prints, or
+//! depends on the subject of a model.
 
 mod conditions;
 mod discover;

@@ -18,7 +18,8 @@ pub struct Request<'a> {
     pub base: &'a BaseModel,
     /// Effects that may be missing from it.
     pub library: &'a [Effect],
-    /// Templates that fit any model ([`templates`](crate::templates)), tried for what the library does not explain.
+    /// Templates that fit any model ([`templates`](crate::templates)), tried if the library does not explain the
+    /// recordings.
     pub templates: &'a [Effect],
     /// The texts of the model, the library and the templates.
     pub sources: &'a Sources,
@@ -38,8 +39,7 @@ pub struct Request<'a> {
     pub budget: Option<f64>,
     /// Stores fits and screens, so that an interrupted run can resume. The result does not depend on it.
     pub journal: &'a dyn Journal,
-    /// Receives progress. If it asks to stop, the search ends as if its time were over: between fits, with the best so
-    /// far.
+    /// Receives progress. Cancelling ends the search as if its time were over: between fits, with the best so far.
     pub watch: &'a dyn Watch,
 }
 
@@ -69,7 +69,7 @@ pub enum DiscoverError {
     NothingMeasured,
     /// The base model cannot be fitted.
     BaseModel(String),
-    /// The text of the corrected model is no model.
+    /// The text of the corrected model cannot be read.
     Corrected(String),
 }
 

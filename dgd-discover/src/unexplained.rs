@@ -1,8 +1,8 @@
-//! Where something without a name is missing: places in the order in which to look at them.
+//! Where something without a name is missing: places in the order in which to examine them.
 //!
 //! ```text
 //!   targets of rival laws ─► equations that lack something together ─► the likeliest plausible place
-//!     ─► a sensor that one output cannot tell from the plant ─► places that are hardly what is missing
+//!     ─► a sensor that a single output cannot distinguish from the plant ─► implausible places
 //! ```
 //!
 //! A place with a formula comes before more likely ones if the formula leaves far less: it was compared with other
@@ -17,13 +17,13 @@ use crate::search::farthest_apart;
 
 /// Number of places reported.
 const TOLD: usize = 5;
-/// Number of places at which a formula is looked for, besides those that are about as likely as the first.
+/// Number of leading places at which a formula is sought, in addition to places that are about as likely as the first.
 const GUESSED: usize = 3;
-/// Largest mean square relative to the noise with which one place explains the recordings: that which a structure with
-/// fewer effects may leave.
+/// Largest mean square relative to the noise at which a place counts as explaining the recordings: that which a
+/// structure with fewer effects may leave.
 const EXPLAINED: f64 = 2.25;
 
-/// The data of the ranking.
+/// Inputs of the ranking.
 pub(crate) struct WithoutName<'a> {
     pub(crate) guessing: &'a Guessing<'a>,
     pub(crate) circumstances: &'a Circumstances,
@@ -34,7 +34,7 @@ pub(crate) struct WithoutName<'a> {
     pub(crate) rivals: &'a [Inserted],
 }
 
-/// The class of a place; less comes first.
+/// The class of a place; the lowest comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Class {
     /// A law there explains the recordings, and so does one elsewhere.
@@ -42,7 +42,7 @@ enum Class {
     /// It lacks something together with other equations.
     Joint,
     Plausible,
-    /// A sensor, where another output would have to tell it from the plant.
+    /// A sensor that only another output could distinguish from the plant.
     OnlySensor,
     Implausible,
 }
@@ -70,20 +70,21 @@ impl WithoutName<'_> {
                 first >= Class::Plausible && most.missing.gain - found.missing.gain < TIE
             }
         };
-        let told = || order.iter().enumerate();
-        let traced: Vec<Option<Followed<'_>>> = told().map(|(_, (_, one))| followed(one)).collect();
+        let places = || order.iter().enumerate();
+        let traced: Vec<Option<Followed<'_>>> =
+            places().map(|(_, (_, one))| followed(one)).collect();
         let is_looked_at = |rank: usize, class: Class, found: &FoundPlace| {
             // Laws are better than guesses.
             self.rivals.is_empty()
                 && traced[rank].is_some()
                 && (rank < GUESSED || is_tied(rank, class, found))
         };
-        let looked_at: Vec<&Followed<'_>> = told()
+        let looked_at: Vec<&Followed<'_>> = places()
             .filter(|(rank, (class, found))| is_looked_at(*rank, *class, found))
             .filter_map(|(rank, _)| traced[rank].as_ref())
             .collect();
         let mut guesses = guessing.guesses(&looked_at).into_iter();
-        let mut all: Vec<(Class, Unexplained)> = told()
+        let mut reported: Vec<(Class, Unexplained)> = places()
             .map(|(rank, &(class, found))| {
                 let condition = circumstances.condition(&missing_input::windows(found));
                 let followed = traced[rank].as_ref();
@@ -93,7 +94,7 @@ impl WithoutName<'_> {
                 } else {
                     followed.and_then(|followed| self.of_law(found, followed))
                 };
-                let told = Unexplained {
+                let place = Unexplained {
                     together: followed.map_or_else(Vec::new, Followed::together),
                     guess,
                     is_joint: class == Class::Joint,
@@ -102,18 +103,18 @@ impl WithoutName<'_> {
                     told_apart_by: self.told_apart_by(most, class, found).filter(|_| is_tied),
                     ..unexplained(&found.missing, condition, is_tied)
                 };
-                (class, told)
+                (class, place)
             })
             .collect();
         let follows = missing.ranked.first().is_some_and(FoundPlace::is_followed);
-        lift(&mut all, follows);
-        all.into_iter().map(|(_, one)| one).collect()
+        lift(&mut reported, follows);
+        reported.into_iter().map(|(_, one)| one).collect()
     }
 
-    /// The formula of a rival law that changes nothing but a place.
+    /// The formula of a rival law that changes this place only.
     fn of_law(&self, found: &FoundPlace, followed: &Followed<'_>) -> Option<Guess> {
-        let own = |law: &Inserted| law.all_in(&found.missing.place);
-        let terms = self.rivals.iter().find_map(own)?;
+        let terms_there = |law: &Inserted| law.all_in(&found.missing.place);
+        let terms = self.rivals.iter().find_map(terms_there)?;
         self.guessing.of_law(followed, &terms)
     }
 
@@ -140,7 +141,8 @@ impl WithoutName<'_> {
         self.guessing.data.noise.iter().flatten().count()
     }
 
-    /// Whether several equations lack something, the readings determine what, and no single place explains them.
+    /// Whether several equations lack something that the readings can determine, and no single place explains the
+    /// recordings.
     fn lacks_together(&self) -> bool {
         let explains = |found: &FoundPlace| found.objection.is_none() && found.left < EXPLAINED;
         (2..=self.outputs()).contains(&self.lacking.len())
@@ -150,8 +152,9 @@ impl WithoutName<'_> {
     /// Whether a missing term of one equation explains the recordings as well as a sensor does.
     fn equation_explains(&self) -> bool {
         let left = |kind: PlaceKind| {
-            let own = self.missing.ranked.iter().filter(|found| found.missing.place.kind == kind);
-            own.map(|found| found.left).fold(f64::INFINITY, f64::min)
+            let of_kind =
+                self.missing.ranked.iter().filter(|found| found.missing.place.kind == kind);
+            of_kind.map(|found| found.left).fold(f64::INFINITY, f64::min)
         };
         !is_clearly_less(left(PlaceKind::Output), left(PlaceKind::Equation))
     }
@@ -182,7 +185,7 @@ impl WithoutName<'_> {
     }
 }
 
-/// What speaks against a place.
+/// The objection to a place, as a sentence.
 fn objection(found: &FoundPlace) -> Option<String> {
     let name = &found.missing.place.name;
     Some(match found.objection? {
@@ -192,7 +195,7 @@ fn objection(found: &FoundPlace) -> Option<String> {
     })
 }
 
-/// Moves a place to the front whose formula, or whose course, leaves much less than that of the first.
+/// Moves the place to the front whose formula, or whose course, leaves much less than that of the first.
 fn lift(all: &mut Vec<(Class, Unexplained)>, follows: bool) {
     let Some(&(first, _)) = all.first() else { return };
     if first < Class::Plausible {
@@ -203,9 +206,10 @@ fn lift(all: &mut Vec<(Class, Unexplained)>, follows: bool) {
         all.insert(0, moved);
     };
     let best_by = |all: &[(Class, Unexplained)], left: &dyn Fn(&Unexplained) -> f64| {
-        let own = |k: &usize| all[*k].0 < Class::Implausible;
-        let best =
-            (0..all.len()).filter(own).min_by(|a, b| left(&all[*a].1).total_cmp(&left(&all[*b].1)));
+        let is_plausible = |k: &usize| all[*k].0 < Class::Implausible;
+        let best = (0..all.len())
+            .filter(is_plausible)
+            .min_by(|a, b| left(&all[*a].1).total_cmp(&left(&all[*b].1)));
         best.filter(|best| *best > 0 && is_clearly_less(left(&all[*best].1), left(&all[0].1)))
     };
     // A formula has been tested on other recordings, whereas a trace only follows readings.
@@ -213,8 +217,8 @@ fn lift(all: &mut Vec<(Class, Unexplained)>, follows: bool) {
     if let Some(best) = best_by(all, &of_formula) {
         return to_front(all, best);
     }
-    // Along filters, whose noise absorbs part of what is missing at each place, likelihoods distinguish places less
-    // well than how closely a trace follows a curve over a quantity of the model; and not at all where they are tied.
+    // The noise of a filter absorbs part of the missing term at each place, so its likelihoods distinguish places less
+    // well than how closely a trace follows a curve over a quantity of the model; if places are tied, not at all.
     let beside = |one: &Unexplained| one.together.first().map_or(1.0, |closest| 1.0 - closest.r2);
     if let Some(best) = best_by(all, &beside)
         && (follows || all[best].1.is_tied)
@@ -227,7 +231,7 @@ fn lift(all: &mut Vec<(Class, Unexplained)>, follows: bool) {
     }
 }
 
-/// Whether the residuals at one place are so much smaller that it comes before the likeliest one.
+/// Whether a place leaves enough less than the likeliest one to come before it.
 fn is_clearly_less(left: f64, of_first: f64) -> bool {
     left < 0.5 * of_first
 }

@@ -12,8 +12,8 @@ use crate::numbers::count;
 /// Arguments of `compare`.
 #[derive(Debug, Args)]
 pub(crate) struct CompareArgs {
-    /// What to compare: `MODEL`, `MODEL@VARIANT=CHOICE`, `MODEL+EFFECT`, or a folder that `fit -o` or `discover -o` has
-    /// written; at least two
+    /// Contenders: `MODEL`, `MODEL@VARIANT=CHOICE`, `MODEL+EFFECT`, or a folder written by `fit -o` or
+    /// `discover -o`; at least two
     #[arg(value_name = "CONTENDER", required = true, num_args = 2..)]
     pub contenders: Vec<String>,
     #[command(flatten)]
@@ -22,8 +22,8 @@ pub(crate) struct CompareArgs {
     /// has it
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
-    /// Take the first contender for a special case of each other one, and test whether they do better than chance
-    /// [default: contenders of one model that only have more effects]
+    /// Treat the first contender as nested in each of the others, and run likelihood-ratio tests [default: contenders of
+    /// the same model that only have more effects]
     #[arg(long)]
     pub nested: bool,
     /// Maximum number of simulations in each search [default: 200]

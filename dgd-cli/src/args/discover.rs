@@ -28,8 +28,8 @@ pub(crate) struct DiscoverArgs {
 /// Arguments of `adopt`.
 #[derive(Debug, Args)]
 pub(crate) struct AdoptArgs {
-    /// The folder that `dgd discover -o` wrote, or a file in it such as law_1.dgd
+    /// The folder written by `dgd discover -o`, or a file in it such as law_1.dgd
     pub result: PathBuf,
-    /// What the effect is to be called
+    /// New name of the effect
     pub name: String,
 }

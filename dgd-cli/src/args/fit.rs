@@ -20,13 +20,13 @@ pub(crate) struct FitArgs {
     pub choices: Choices,
     #[command(flatten)]
     pub given: Given,
-    /// Outputs to fit [default: all that were measured]
+    /// Outputs to fit [default: all measured ones]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
     /// Where the weights of the outputs come from
     #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
     pub noise: NoiseFrom,
-    /// Maximum number of simulations in a search, or of evaluations where nothing is simulated [default: 200;
+    /// Maximum number of simulations in a search, or of evaluations without simulations [default: 200;
     /// regressions 2000, models without states 5000]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub evaluations: Option<usize>,
@@ -71,10 +71,10 @@ pub(crate) enum Estimator {
     Recursive,
 }
 
-/// Which estimator, and options of single ones.
+/// The estimator, and options of single ones.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RegressionArgs {
-    /// How parameters are estimated
+    /// Parameter estimator
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Estimator::OutputError)]
     pub estimator: Estimator,
     /// Linearised: operating point of each recording: a time in s since the data's first sample, `steady`
@@ -99,7 +99,7 @@ pub(crate) struct RegressionArgs {
     /// Recursive: P₀, the initial variance of each parameter, relative to its size squared
     #[arg(long, value_name = "P0", default_value_t = 10.0, value_parser = positive, allow_hyphen_values = true)]
     pub start_variance: f64,
-    /// Recursive: R₀, the upper limit of the variances in P, relative to the parameters' sizes squared
+    /// Recursive: R₀, the maximum variance in P, relative to the parameters' sizes squared
     /// [default: none]
     #[arg(long, value_name = "R0", value_parser = positive, allow_hyphen_values = true)]
     pub most_variance: Option<f64>,
@@ -108,7 +108,7 @@ pub(crate) struct RegressionArgs {
     pub normalise: Normalise,
 }
 
-/// What n_s² is.
+/// The definition of n_s².
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Normalise {
     /// Zero: m is 1
@@ -129,21 +129,21 @@ pub(crate) struct SearchArgs {
     /// the best
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub starts: u32,
-    /// Of `--starts N`, run the fit from point K alone, counted from 0: a share of the work for another machine
+    /// Run only the fit from point K of `--starts N`, counted from 0, to share the work between machines
     #[arg(long, value_name = "K", value_parser = whole::<u32>, allow_negative_numbers = true)]
     pub start_point: Option<u32>,
-    /// What the starting points are drawn from
+    /// Distribution of the starting points
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = SpreadOf::Values)]
     pub spread: SpreadOf,
 }
 
-/// What starting points are drawn from.
+/// The distribution of starting points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SpreadOf {
-    /// Around the model's values: from a tenth of each to ten times of it, within its bounds; two standard deviations
-    /// around the mean of a prior
+    /// Around the model's values: from a tenth to ten times each value, within its bounds; with a prior, two standard
+    /// deviations around its mean
     Values,
-    /// All that lies between the bounds; a parameter without both of them, or with a prior, as with `values`
+    /// The whole range between the bounds; a parameter with a missing bound, or with a prior, as with `values`
     Bounds,
 }
 
@@ -163,15 +163,14 @@ pub(crate) enum LossName {
 /// Options for intervals.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct IntervalArgs {
-    /// Find the confidence intervals of these estimates by profile likelihood: parameters, initial values as
+    /// Compute confidence intervals of these estimates by profile likelihood: parameters, initial values as
     /// `x(0)`, or `all` for all parameters
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub profile: Vec<String>,
     /// Refit to N data sets with resampled residuals, for intervals that account for autocorrelated noise
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = count_or_none, allow_negative_numbers = true)]
     pub bootstrap: usize,
-    /// Number of the first of these data sets, counted from 0: a share of the work for another machine, whose result
-    /// lists all estimates
+    /// First of these data sets, counted from 0, to share the work between machines; the result lists all estimates
     #[arg(long, value_name = "K", value_parser = count_or_none, allow_negative_numbers = true)]
     pub bootstrap_from: Option<usize>,
     /// Report which samples and outputs determine each parameter

@@ -21,16 +21,16 @@ pub(crate) struct InvertArgs {
     /// Label of the equation, as in `equation LABEL: …`
     #[arg(long = "for", value_name = "LABEL")]
     pub equation: String,
-    /// Outputs to take readings of [default: all that were measured]
+    /// Outputs whose readings are used [default: all measured ones]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
-    /// Half the width of the window that means are taken over, as `20s` or `2min` [default: the most likely]
+    /// Half the width of the averaging window, as in `20s` or `2min` [default: the most likely]
     #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
     pub bandwidth: Option<f64>,
-    /// Unit of what is missing [default: that of the first quantity of the model which measures the same]
+    /// Unit of the missing term [default: that of the model's first quantity of the same dimension]
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<String>,
-    /// Add the estimate of a smoother with the whole model, as `discover` draws it
+    /// Add the estimate of a smoother with the whole model, as plotted by `discover`
     #[arg(long)]
     pub with_estimate: bool,
     #[command(flatten)]

@@ -13,22 +13,23 @@ pub(crate) struct JobArgs {
     pub action: JobAction,
 }
 
-/// What is done with a job.
+/// The actions of a job.
 #[derive(Debug, Subcommand)]
 pub(crate) enum JobAction {
     /// Compute the pieces that have no result
     ///
-    /// `dgd job run fleet.json --into results` computes all; any number of these on any number of machines share the
-    /// work. A Slurm array computes a piece each: `dgd job run fleet.json --into results --index $SLURM_ARRAY_TASK_ID`.
+    /// `dgd job run fleet.json --into results` computes all of them; run it on any number of machines to share the
+    /// work. In a Slurm array, each task computes one piece:
+    /// `dgd job run fleet.json --into results --index $SLURM_ARRAY_TASK_ID`.
     ///
-    /// What is ended on its way leaves nothing half written; the same command goes on. Pieces that fail have results
-    /// that say why, and the exit code is then 1.
+    /// An interrupted run leaves no partial results; the same command continues it. The result of a failed piece gives
+    /// the reason, and the exit code is then 1.
     Run(JobRunArgs),
-    /// Say which pieces are done, have failed, or are open
+    /// List the pieces that are done, failed or open
     ///
     /// For example `dgd job status fleet.json --into results --format json`.
     Status(JobPlaceArgs),
-    /// Write tables and pages over all wells: which lacks what, since when, and what to look at first
+    /// Write tables and pages about all wells: missing effects, their onsets, and the wells to examine first
     ///
     /// For example `dgd job report fleet.json --into results -o fleet`, then open `fleet/index.html`.
     Report(JobPlaceArgs),
@@ -45,7 +46,7 @@ pub(crate) enum JobAction {
 pub(crate) struct JobPlaceArgs {
     /// The job file, JSON
     pub job: PathBuf,
-    /// Folder of the results, or `s3://BUCKET/FOLDER` with a program that knows buckets
+    /// Folder of the results, or `s3://BUCKET/FOLDER` in a program with support for buckets
     #[arg(long, value_name = "DIR")]
     pub into: PathBuf,
 }
@@ -55,16 +56,16 @@ pub(crate) struct JobPlaceArgs {
 pub(crate) struct JobRunArgs {
     #[command(flatten)]
     pub place: JobPlaceArgs,
-    /// The piece of this number alone, counted from 0
+    /// Compute only the piece with this number, counted from 0
     #[arg(long, value_name = "N", value_parser = count_or_none, allow_negative_numbers = true, conflicts_with = "share")]
     pub index: Option<usize>,
-    /// The K-th of N equal shares of the pieces, counted from 0, as in `0/100`
+    /// Compute only the K-th of N equal shares of the pieces, counted from 0, as in `0/100`
     #[arg(long, value_name = "K/N", value_parser = share)]
     pub share: Option<(usize, usize)>,
-    /// Number of pieces at a time, each in a process of its own [default: cores divided by `--threads`]
+    /// Number of pieces computed at a time, each in its own process [default: cores divided by `--threads`]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub workers: Option<usize>,
-    /// Also compute the pieces again that failed
+    /// Also recompute failed pieces
     #[arg(long)]
     pub retry: bool,
 }

@@ -65,7 +65,7 @@ pub(crate) struct Global {
     /// Number of threads; does not affect results [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// Most memory to hold, as in `500MB`; data beyond that are kept in a file during the run; `job run` gives as much to each piece [default: any]
+    /// Maximum memory, as in `500MB`; data beyond it go to a file during the run; `job run` applies it to each piece [default: no limit]
     #[arg(long, global = true, value_name = "SIZE", value_parser = size)]
     pub memory: Option<u64>,
     /// Folder on a disk for the file of data beyond `--memory` [default: `TMPDIR`, or /var/tmp]
@@ -99,14 +99,15 @@ pub(crate) enum Color {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Begin a project: from a template, or from a recording of your own
+    /// Start a project from a template, or from your own recording
     ///
     /// `dgd new motor --template motor` writes a folder with a model, two recordings and a library of effects, one of
-    /// which is hidden in the recordings. `dgd new plant --from data.csv` makes a model that runs of the columns.
+    /// which is hidden in the recordings. `dgd new plant --from data.csv` makes a runnable model from the columns.
     New(NewArgs),
     /// Check a model: syntax, names, units, structure, in all its variants
     ///
-    /// `dgd check model.dgd` says what is wrong; `dgd check model.dgd --fix` writes what can be meant only one way.
+    /// `dgd check model.dgd` lists the mistakes; `dgd check model.dgd --fix` fixes those that have only one
+    /// possible correction.
     Check(CheckArgs),
     /// Format model files; comments are kept
     ///
@@ -122,15 +123,15 @@ pub(crate) enum Command {
     Explain(ExplainArgs),
     /// Simulate a model: states and outputs over time
     ///
-    /// For example on recorded inputs, drawn beside what was measured:
+    /// For example on recorded inputs, plotted with the measurements:
     /// `dgd simulate model.dgd --data run.csv --plot run.html`
     ///
-    /// Ctrl-C stops the run and keeps the rows up to there.
+    /// Ctrl-C stops the run and keeps the rows computed so far.
     Simulate(SimulateArgs),
-    /// Watch a model: a page with its curves that is redrawn on every save, and sliders for its parameters
+    /// Watch a model: a page that redraws its curves on every save, with sliders for its parameters
     ///
-    /// For example `dgd watch model.dgd --data run.csv`, which says the address to open in a browser of this machine.
-    /// Nothing leaves the machine. Ctrl-C ends it.
+    /// For example `dgd watch model.dgd --data run.csv`, which prints an address to open in a browser on this machine.
+    /// No data leaves the machine. Ctrl-C ends it.
     Watch(WatchArgs),
     /// Compute sensitivities: derivatives of states and outputs with respect to parameters, over time
     ///
@@ -140,25 +141,25 @@ pub(crate) enum Command {
     ///
     /// For example where it is at rest: `dgd linearize model.dgd --data run.csv --at steady`.
     Linearize(LinearizeArgs),
-    /// Find what an equation lacks, from what was measured of everything else in it
+    /// Find the missing term of an equation from measurements of all its other quantities
     ///
-    /// For example the flow that a level misses: `dgd invert models/mud_circulation.dgd --data run.csv --for riser
-    /// --unit lpm --plot missing.png`.
+    /// For example the flow missing from the balance of a level: `dgd invert models/mud_circulation.dgd --data run.csv
+    /// --for riser --unit lpm --plot missing.png`.
     Invert(InvertArgs),
     /// Estimate parameters and initial values from recordings
     ///
-    /// For example, judged by a second recording:
+    /// For example, validated on a second recording:
     /// `dgd fit model.dgd --data monday.csv --valid tuesday.csv -o fitted`
     ///
     /// Ctrl-C stops the fit, writes the best estimates so far, and lists what was left out; the exit code is
-    /// then 130. A second Ctrl-C ends it at once.
+    /// then 130. A second Ctrl-C ends the program at once.
     Fit(FitArgs),
     /// Compare models, variants, effects or results on the same recordings
     ///
-    /// All contenders are fitted alike:
+    /// All contenders are fitted in the same way:
     /// `dgd compare m.dgd m.dgd+leak --data monday.csv --valid tuesday.csv`
     Compare(CompareArgs),
-    /// Estimate states and parameters row by row, as the data comes in
+    /// Estimate states and parameters row by row, as the data arrives
     ///
     /// For example from a logger: `logger | dgd track model.dgd --data - --free F`.
     Track(TrackArgs),
@@ -166,30 +167,29 @@ pub(crate) enum Command {
     ///
     /// For example `dgd discover model.dgd --data monday.csv --valid tuesday.csv -o found`.
     ///
-    /// With `-o`, finished work is kept as it goes: if Ctrl-C or a kill ends the run, continue it with
-    /// `--resume`.
+    /// With `-o`, finished work is stored during the run: if Ctrl-C or a kill ends it, continue with `--resume`.
     Discover(DiscoverArgs),
-    /// Take a formula or an effect that a discovery described into the library of its model
+    /// Add a formula or an effect from a discovery to the library of its model
     ///
-    /// For example `dgd adopt found leak`: from then on `--apply leak` finds it.
+    /// For example `dgd adopt found leak`; afterwards, `--apply leak` applies it.
     Adopt(AdoptArgs),
-    /// Check recordings for faults before anything is fitted to them
+    /// Check recordings for faults before a fit
     ///
     /// For example `dgd screen monday.csv tuesday.csv`, or against a model: `dgd screen run.csv --model model.dgd`.
     Screen(ScreenArgs),
-    /// Work on many wells: pieces that any machine may do, and what they say together
+    /// Fit or search many wells on many machines, and report on all of them
     ///
     /// For example `dgd job run fleet.json --into results`, and then `dgd job report fleet.json --into results -o fleet`.
-    /// The job file names wells, recordings, and what is done with each.
+    /// The job file lists wells, recordings, and the work on each.
     Job(JobArgs),
     /// List the integration methods
     ///
-    /// `dgd methods` names what `--method` takes.
+    /// `dgd methods` lists the values of `--method`.
     Methods,
     /// Print the JSON schema of all results
     ///
-    /// `dgd schema -o results.schema.json`. Its `version` counts on where a key goes or changes its
-    /// meaning; every result has it as `provenance.schema`.
+    /// `dgd schema -o results.schema.json`. Its `version` is incremented if a key is removed or changes its
+    /// meaning; every result gives it as `provenance.schema`.
     Schema,
     /// Print completions for a shell
     ///
@@ -199,9 +199,9 @@ pub(crate) enum Command {
     ///
     /// For example `dgd man ~/.local/share/man/man1`.
     Man(ManArgs),
-    /// Serve an editor on standard input and output, by the Language Server Protocol
+    /// Serve an editor on standard input and output through the Language Server Protocol
     ///
-    /// Editors start it themselves: `vim.lsp.start({ cmd = { "dgd", "lsp" } })`; settings for Neovim, Helix, Zed
+    /// Editors start it: `vim.lsp.start({ cmd = { "dgd", "lsp" } })`; settings for Neovim, Helix, Zed
     /// and VS Code are in docs/editors.md.
     Lsp(LspArgs),
 }

@@ -12,16 +12,16 @@ pub(crate) const TEMPLATES: [&str; 8] =
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["from", "template"])))]
 pub(crate) struct NewArgs {
-    /// The folder to make; the model has its name
+    /// The folder to create; the model gets its name
     pub name: PathBuf,
     /// A recording: its columns become inputs, outputs and states
     #[arg(long, value_name = "DATA")]
     pub from: Option<PathBuf>,
-    /// A project to try things with
+    /// A project to experiment with
     #[arg(long, value_name = "NAME", value_parser = TEMPLATES)]
     pub template: Option<String>,
-    /// With `--from`, the columns that are outputs; the others are inputs [default: those that are not held for
-    /// several rows]
+    /// With `--from`, the columns that are outputs; the others are inputs [default: those that change in nearly every
+    /// row]
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',', requires = "from")]
     pub outputs: Vec<String>,
 }

@@ -13,7 +13,7 @@ use crate::numbers::time;
 /// Arguments of `screen`.
 #[derive(Debug, Args)]
 pub(crate) struct ScreenArgs {
-    /// A model; the columns are checked against what it says of them too
+    /// A model whose declarations the columns are also checked against
     pub model: Option<PathBuf>,
     #[command(flatten)]
     pub choices: Choices,
@@ -28,7 +28,7 @@ pub(crate) struct ScreenArgs {
     /// names differ only in the last letter or digit and that move together]
     #[arg(long, value_name = "NAMES")]
     pub same: Vec<String>,
-    /// Length of the windows over which slopes are taken, in s or as in `5min` [default: 30 usual sampling intervals]
+    /// Length of the windows over which slopes are computed, in s or as in `5min` [default: 30 usual sampling intervals]
     #[arg(long, value_name = "T", value_parser = time, allow_hyphen_values = true)]
     pub window: Option<f64>,
     /// Largest slope at which a column counts as at rest, in its unit per second, as in `q_ssp=2`; repeatable
@@ -37,7 +37,7 @@ pub(crate) struct ScreenArgs {
     /// Fail if a fault is found
     #[arg(long)]
     pub check: bool,
-    /// Plot the columns, with findings shaded; a picture, .svg, .pdf or .png, or a page of all recordings, .html; repeatable
+    /// Plot the columns, with findings shaded; a picture (.svg, .pdf, .png) or a page of all recordings (.html); repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
 }

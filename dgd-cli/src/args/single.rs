@@ -21,12 +21,11 @@ pub(crate) struct SimulateArgs {
     /// Plot the outputs over this input, state or output instead of time, one panel for each unit
     #[arg(long, value_name = "NAME", requires = "plot", conflicts_with = "ensemble")]
     pub over: Option<String>,
-    /// With `--over`, draw the elements of an array of outputs in one colour, and write at the end of each
-    /// what another one says of it, as in `head=speed`
+    /// With `--over`, draw the elements of an array of outputs in one colour, and label the end of each
+    /// with its value in another array, as in `head=speed`
     #[arg(long, value_name = "CURVES=BY", requires = "over", value_parser = label)]
     pub label: Vec<(String, String)>,
-    /// With `--over`, mark the points that two outputs, or arrays of them, are the coordinates of, as in
-    /// `q_op,h_op`
+    /// With `--over`, mark points whose coordinates are two outputs, or arrays of outputs, as in `q_op,h_op`
     #[arg(long, value_name = "X,Y", requires = "over", value_parser = mark)]
     pub mark: Vec<(String, String)>,
     /// Add measurement noise to the outputs, drawn with this seed
@@ -72,7 +71,7 @@ pub(crate) struct LinearizeArgs {
     pub solve: SolveArgs,
 }
 
-/// What commands that run a model once share.
+/// Arguments shared by commands that run a model once.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     /// The model file
@@ -89,7 +88,7 @@ pub(crate) struct RunArgs {
     pub solve: SolveArgs,
 }
 
-/// Reads what `--at` says.
+/// Reads the value of `--at`.
 pub(crate) fn place(text: &str) -> Result<LinearizeAt, String> {
     match text.parse::<f64>() {
         _ if text == "steady" => Ok(LinearizeAt::Steady),

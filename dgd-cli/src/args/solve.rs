@@ -9,19 +9,19 @@ use dgd_runtime::{PerSample, Steps};
 
 use crate::numbers::{factor, moment, tolerance};
 
-/// What is estimated.
+/// The quantities to estimate.
 #[derive(Debug, Args)]
 pub(crate) struct Sought {
     /// Parameters to estimate, and `fixed` states whose initial values to estimate too [default: those
     /// that are not `fixed`]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub free: Vec<String>,
-    /// Parameters, and states for their initial values, not to estimate
+    /// Parameters not to estimate, and states whose initial values not to estimate
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fix: Vec<String>,
 }
 
-/// What is estimated, and from what.
+/// The quantities to estimate, and the recordings.
 #[derive(Debug, Args)]
 pub(crate) struct Given {
     /// A recording to fit to; repeatable
@@ -32,7 +32,7 @@ pub(crate) struct Given {
     pub valid: Vec<PathBuf>,
     #[command(flatten)]
     pub sought: Sought,
-    /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
+    /// Continue an interrupted run, with the same input and `-o`; the result is the same
     #[arg(long)]
     pub resume: bool,
 }
@@ -71,7 +71,7 @@ pub(crate) struct SolveArgs {
     /// How the model is evaluated; does not affect results
     #[arg(long, value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
-    /// Plot the result; a picture, .svg, .pdf or .png, or a page to open in a browser, .html; repeatable
+    /// Plot the result as a picture (.svg, .pdf, .png) or a page to open in a browser (.html); repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
 }
@@ -97,7 +97,7 @@ impl From<Engine> for dgd_execute::Engine {
     }
 }
 
-/// Reads what `--steps` says.
+/// Reads the value of `--steps`.
 fn steps(text: &str) -> Result<Steps, String> {
     match text {
         AUTOMATIC => Ok(Steps::Automatic),
@@ -115,7 +115,7 @@ fn steps(text: &str) -> Result<Steps, String> {
     }
 }
 
-/// Where start values come from.
+/// The source of start values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Start {
     /// The model file
@@ -126,7 +126,7 @@ pub(crate) enum Start {
     Steady,
 }
 
-/// What is chosen and set from outside the model file.
+/// Choices and settings from outside the model file.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct Choices {
     /// Choose a variant, as in `flow=static`; repeatable

@@ -10,7 +10,7 @@ use super::Choices;
 /// Arguments of `lsp`.
 #[derive(Debug, Args)]
 pub(crate) struct LspArgs {
-    /// Taken and ignored: many editors say it
+    /// Accepted and ignored, because many editors pass it
     #[arg(long, hide = true)]
     pub stdio: bool,
 }
@@ -20,7 +20,7 @@ pub(crate) struct LspArgs {
 pub(crate) struct CheckArgs {
     /// The model file
     pub model: PathBuf,
-    /// Write into the files what can be meant only one way, such as `parameter R [ohm] = 1.2` for
+    /// Fix mistakes that have only one possible correction, such as `parameter R [ohm] = 1.2` for
     /// `parameter R = 1.2 [ohm]`
     #[arg(long)]
     pub fix: bool,
@@ -34,7 +34,7 @@ pub(crate) struct FmtArgs {
     /// Model files
     #[arg(required = true)]
     pub models: Vec<PathBuf>,
-    /// Change nothing; fail if a file is not formatted
+    /// Do not write files; fail if one is not formatted
     #[arg(long)]
     pub check: bool,
 }
@@ -54,7 +54,7 @@ pub(crate) struct EmitArgs {
 /// Stages of the compiler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Stage {
-    /// The file as it was understood
+    /// The parsed file
     Ast,
     /// Names, units and SI values
     Model,
@@ -66,7 +66,7 @@ pub(crate) enum Stage {
     Rust,
     /// Equations, typeset
     Latex,
-    /// A page: what is declared, and the equations, typeset
+    /// A page of declarations and typeset equations
     Markdown,
 }
 
@@ -88,6 +88,6 @@ pub(crate) struct CompletionsArgs {
 /// Arguments of `man`.
 #[derive(Debug, Args)]
 pub(crate) struct ManArgs {
-    /// The folder; it is made where it is missing
+    /// The folder; it is created if it does not exist
     pub folder: PathBuf,
 }

@@ -14,7 +14,7 @@ pub(crate) struct TrackArgs {
     pub model: PathBuf,
     #[command(flatten)]
     pub choices: Choices,
-    /// The recording; `-` reads CSV from standard input and prints each estimate as soon as its row is there
+    /// The recording; `-` reads CSV from standard input and prints each estimate as soon as its row arrives
     #[arg(long, value_name = "FILE|-")]
     pub data: PathBuf,
     /// Estimator
@@ -22,7 +22,7 @@ pub(crate) struct TrackArgs {
     pub estimator: Tracker,
     #[command(flatten)]
     pub sought: Sought,
-    /// Outputs to use [default: all that are measured]
+    /// Outputs to use [default: all measured ones]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
     /// Process noise: standard deviation of the random walk after one minute, as in 'F2=2e6' or 'h_r=5 [cm]';

@@ -10,7 +10,7 @@ use crate::numbers::port;
 pub(crate) struct WatchArgs {
     #[command(flatten)]
     pub run: RunArgs,
-    /// Port of this machine on which the page is served [default: a free one]
+    /// Port on which the page is served on this machine [default: a free one]
     #[arg(long, value_name = "N", value_parser = port, default_value_t = 0, hide_default_value = true, allow_negative_numbers = true)]
     pub port: u16,
 }

@@ -8,7 +8,7 @@ use super::known::{KnownKind, KnownQuantity};
 use crate::fit::{Data, Fitted};
 use crate::library::is_weight;
 
-/// Maximum number of unknowns considered: models with more have grids, whose elements have no names of their own.
+/// Maximum number of unknowns considered: models with more are grids, whose elements have no names of their own.
 const MOST_UNKNOWNS: usize = 40;
 
 /// The quantities known during recordings.
@@ -43,13 +43,13 @@ impl Circumstances {
 fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
     let system = &fitted.structure.system;
     let signature = system.signature();
-    let mut all: Vec<KnownQuantity> = Vec::new();
+    let mut quantities: Vec<KnownQuantity> = Vec::new();
     let empty = || vec![Vec::new(); data.train.len()];
     for input in signature.inputs.iter().filter(|input| !is_weight(&input.name)) {
         let (name, unit) = (input.name.to_string(), input.unit.clone());
-        all.push(KnownQuantity { name, kind: KnownKind::Input, unit, values: empty() });
+        quantities.push(KnownQuantity { name, kind: KnownKind::Input, unit, values: empty() });
     }
-    let n_inputs = all.len();
+    let n_inputs = quantities.len();
     let outputs: Vec<usize> =
         (0..signature.outputs.len()).filter(|i| data.noise[*i].is_some()).collect();
     for &i in &outputs {
@@ -58,25 +58,25 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
             let missing = || vec![f64::NAN; recording.times.len()];
             data.scales.readings(i, recording).unwrap_or_else(missing)
         };
-        all.push(KnownQuantity {
+        quantities.push(KnownQuantity {
             name: output.name.to_string(),
             kind: KnownKind::Output,
             unit: output.unit.clone(),
             values: data.train.iter().map(measured).collect(),
         });
     }
-    let n_measured = all.len();
+    let n_measured = quantities.len();
     let unknowns: Vec<usize> = (signature.unknowns.iter().enumerate())
-        .filter(|(_, unknown)| all.iter().all(|other| other.name != unknown.name))
+        .filter(|(_, unknown)| quantities.iter().all(|other| other.name != unknown.name))
         .map(|(i, _)| i)
         .take(MOST_UNKNOWNS)
         .collect();
     for &i in &unknowns {
         let (name, unit) = (signature.unknowns.name(i).to_string(), signature.unknowns.unit(i));
         let unit = unit.clone();
-        all.push(KnownQuantity { name, kind: KnownKind::Unknown, unit, values: empty() });
+        quantities.push(KnownQuantity { name, kind: KnownKind::Unknown, unit, values: empty() });
     }
-    let n_unknown = all.len();
+    let n_unknown = quantities.len();
     let automata: Vec<usize> = (signature.discrete.automata.iter().enumerate())
         .filter(|(_, automaton)| automaton.modes.len() > 1)
         .map(|(i, _)| i)
@@ -84,7 +84,7 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
     for &i in &automata {
         let automaton = &signature.discrete.automata[i];
         let modes = automaton.modes.iter().map(ToString::to_string).collect();
-        all.push(KnownQuantity {
+        quantities.push(KnownQuantity {
             name: automaton.name.to_string(),
             kind: KnownKind::Mode(modes),
             unit: Unit { symbol: "1".into(), factor: 1.0, offset: 0.0 },
@@ -95,7 +95,7 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
         let mut u = vec![0.0; recording.inputs.len()];
         for &t in &recording.times {
             recording.inputs.value(t, Side::Right, &mut u);
-            for (quantity, u) in all[..n_inputs].iter_mut().zip(&u) {
+            for (quantity, u) in quantities[..n_inputs].iter_mut().zip(&u) {
                 quantity.values[r].push(*u);
             }
         }
@@ -106,12 +106,12 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
             let value = |k| run.as_ref().map_or(f64::NAN, |run| of(run, k));
             (0..recording.times.len()).map(value).collect()
         };
-        for (quantity, &i) in all[n_measured..n_unknown].iter_mut().zip(&unknowns) {
+        for (quantity, &i) in quantities[n_measured..n_unknown].iter_mut().zip(&unknowns) {
             quantity.values[r] = values(&|run, k| run.y(k)[i]);
         }
-        for (quantity, &i) in all[n_unknown..].iter_mut().zip(&automata) {
+        for (quantity, &i) in quantities[n_unknown..].iter_mut().zip(&automata) {
             quantity.values[r] = values(&|run, k| run.z(k)[i]);
         }
     }
-    all
+    quantities
 }

@@ -35,12 +35,12 @@ pub(super) fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> V
         })
         .collect();
     lengths.dedup();
-    let mut all = Vec::new();
+    let mut comparisons = Vec::new();
     for (i, quantity) in known.iter().enumerate() {
         let values = grid.gathered(quantity);
         let mut add = |kind: ConditionKind, over: Option<usize>, values: &[f64]| {
             let handicap = handicap(&quantity.kind, &kind);
-            all.extend(Comparison::new(i, kind, over, values, handicap));
+            comparisons.extend(Comparison::new(i, kind, over, values, handicap));
         };
         if let KnownKind::Mode(modes) = &quantity.kind {
             for (m, mode) in modes.iter().enumerate() {
@@ -60,7 +60,7 @@ pub(super) fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> V
             add(ConditionKind::Changing, Some(length), &sizes);
         }
     }
-    all
+    comparisons
 }
 
 /// A comparison of one quantity with thresholds.
@@ -107,11 +107,11 @@ impl Comparison {
             ConditionKind::Falling => threshold <= 0.0,
             ConditionKind::Above | ConditionKind::Below | ConditionKind::Mode(_) => true,
         };
-        // Between neighbouring values that differ, at equal shares of time.
+        // Thresholds lie between neighbouring values that differ, at equal shares of time.
         let mut thresholds: Vec<f64> = Vec::new();
         for k in 1..THRESHOLDS {
-            let at = k * sorted.len() / THRESHOLDS;
-            let Some(&x) = sorted.get(at) else { continue };
+            let rank = k * sorted.len() / THRESHOLDS;
+            let Some(&x) = sorted.get(rank) else { continue };
             let below = sorted.partition_point(|other| *other < x);
             if below > 0 {
                 let threshold = f64::midpoint(sorted[below - 1], x);

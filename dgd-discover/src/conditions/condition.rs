@@ -78,8 +78,8 @@ pub enum ConditionKind {
 const BALANCED_ACCURACY: f64 = 0.8;
 /// Minimum number of windows that begin and end within a recording, each with a new onset of the condition.
 const EPISODES: usize = 2;
-/// Number of shifts, and how many may do as well as no shift: a slope over 200 s tolerates shifts of a minute, which
-/// are one in a hundred in a recording of two hours.
+/// Number of shifts, and the largest share of them that may do as well as no shift: a slope over 200 s tolerates shifts
+/// of a minute, which are one in a hundred in a recording of two hours.
 const SHIFTS: usize = 499;
 const SIGNIFICANT: f64 = 0.05;
 
@@ -116,9 +116,9 @@ pub fn condition(
     let mut lengths: Vec<f64> = episodes.iter().map(|e| (e.until - e.from) as f64).collect();
     let usual = median(&mut lengths)?;
 
-    let all = comparisons(&grid, known, usual);
+    let comparisons = comparisons(&grid, known, usual);
     let cells: Vec<usize> = (0..inside.len()).filter(|cell| inside[*cell]).collect();
-    let mut best: Vec<(f64, usize, Split)> = all
+    let mut best: Vec<(f64, usize, Split)> = comparisons
         .iter()
         .enumerate()
         .filter_map(|(i, comparison)| {
@@ -128,20 +128,20 @@ pub fn condition(
         .collect();
     best.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (score, comparison, split) = best.iter().find_map(|(score, i, split)| {
-        let holds = all[*i].holds(split);
+        let holds = comparisons[*i].holds(split);
         let is_one =
             split.accuracy >= BALANCED_ACCURACY && grid.comes_anew(&holds, &episodes) >= EPISODES;
-        is_one.then_some((*score, &all[*i], split))
+        is_one.then_some((*score, &comparisons[*i], split))
     })?;
-    let p_value = p_value(&grid, &cells, &all, score)?;
+    let p_value = p_value(&grid, &cells, &comparisons, score)?;
 
     let quantity = &known[comparison.quantity];
     let holds = comparison.holds(split);
     let share = |within: bool| {
         let those = holds.iter().zip(&inside).filter(|(_, inside)| **inside == within);
-        let (all, held) =
-            those.fold((0, 0), |(all, n), (holds, _)| (all + 1, n + usize::from(*holds)));
-        f64::from(held as u32) / f64::from(all as u32)
+        let (total, held) =
+            those.fold((0, 0), |(total, n), (holds, _)| (total + 1, n + usize::from(*holds)));
+        f64::from(held as u32) / f64::from(total as u32)
     };
     Some(Condition {
         quantity: quantity.name.clone(),

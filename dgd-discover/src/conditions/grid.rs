@@ -32,12 +32,12 @@ pub(super) struct Episode {
 impl Grid {
     pub(super) fn new(times: &[Vec<f64>]) -> Option<Grid> {
         let duration = |times: &Vec<f64>| Some(times.last()? - times.first()?);
-        let all: f64 = times.iter().filter_map(duration).sum();
+        let total: f64 = times.iter().filter_map(duration).sum();
         let mut spacings: Vec<f64> = (times.iter().flat_map(|times| times.windows(2)))
             .map(|pair| pair[1] - pair[0])
             .filter(|h| *h > 0.0)
             .collect();
-        let width = median(&mut spacings)?.max(all / CELLS);
+        let width = median(&mut spacings)?.max(total / CELLS);
         let (mut middles, mut begin, mut cell_of) = (Vec::new(), vec![0], Vec::new());
         for times in times {
             let first = *times.first()?;
@@ -68,22 +68,22 @@ impl Grid {
     pub(super) fn episodes(&self, inside: &[bool]) -> Vec<Episode> {
         let of_recording = |ends: &[usize]| {
             let (first, end) = (ends[0], ends[1]);
-            let mut all: Vec<Episode> = Vec::new();
+            let mut episodes: Vec<Episode> = Vec::new();
             for cell in (first..end).filter(|cell| inside[*cell]) {
                 let is_closed = |from: usize, until: usize| from > first && until < end;
-                match all.last_mut() {
+                match episodes.last_mut() {
                     Some(last) if last.until == cell => {
                         last.until = cell + 1;
                         last.is_closed = is_closed(last.from, last.until);
                     }
-                    _ => all.push(Episode {
+                    _ => episodes.push(Episode {
                         from: cell,
                         until: cell + 1,
                         is_closed: is_closed(cell, cell + 1),
                     }),
                 }
             }
-            all
+            episodes
         };
         self.begin.windows(2).flat_map(of_recording).collect()
     }
@@ -97,8 +97,8 @@ impl Grid {
             let first = self.begin[self.recording(episode.from)];
             let begins = |cell: usize| holds[cell] && !holds[cell - 1];
             let is_new = (since.max(first + 1)..episode.until).any(begins);
-            let held = (episode.from..episode.until).any(|cell| holds[cell]);
-            number += usize::from(episode.is_closed && is_new && held);
+            let is_met = (episode.from..episode.until).any(|cell| holds[cell]);
+            number += usize::from(episode.is_closed && is_new && is_met);
             since = episode.until;
         }
         number
@@ -106,11 +106,11 @@ impl Grid {
 
     /// Means of a quantity over each cell; the last value for a mode. Cells without values repeat the previous one.
     pub(super) fn gathered(&self, quantity: &KnownQuantity) -> Vec<f64> {
-        let mut all = vec![(0.0, 0_u32); self.middles.len()];
+        let mut sums = vec![(0.0, 0_u32); self.middles.len()];
         for (values, cells) in quantity.values.iter().zip(&self.cell_of) {
             assert_eq!(values.len(), cells.len(), "values of all samples");
             for (value, cell) in values.iter().zip(cells).filter(|(value, _)| value.is_finite()) {
-                let (sum, n) = &mut all[*cell];
+                let (sum, n) = &mut sums[*cell];
                 (*sum, *n) = match quantity.kind {
                     KnownKind::Mode(_) => (*value, 1),
                     KnownKind::Input | KnownKind::Output | KnownKind::Unknown => {
@@ -119,8 +119,8 @@ impl Grid {
                 };
             }
         }
-        let mut means = Vec::with_capacity(all.len());
-        for (cell, (sum, n)) in all.iter().enumerate() {
+        let mut means = Vec::with_capacity(sums.len());
+        for (cell, (sum, n)) in sums.iter().enumerate() {
             let is_first = self.begin.contains(&cell);
             let before = if is_first { f64::NAN } else { means[cell - 1] };
             means.push(if *n > 0 { sum / f64::from(*n) } else { before });

@@ -1,4 +1,4 @@
-//! Quantities over time that the user of a model knows, and in which conditions are looked for.
+//! Known quantities over time, in which conditions are expressed.
 
 use dgd_runtime::Unit;
 

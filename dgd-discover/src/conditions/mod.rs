@@ -1,8 +1,8 @@
-//! Finds what coincides with time windows: windows and known quantities in, a condition that holds in them and rarely
-//! elsewhere out.
+//! Finds the condition that coincides with time windows: windows and known quantities in, a condition that holds in
+//! them and rarely elsewhere out.
 //!
 //! [`Circumstances`] are the known quantities of the training recordings; [`condition()`] is the search and its test,
-//! with time in a grid of cells and comparisons with thresholds in them.
+//! which compares them with thresholds on a grid of time cells.
 
 mod circumstances;
 mod comparison;

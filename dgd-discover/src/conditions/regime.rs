@@ -5,8 +5,8 @@
 //!     ─► the base model fitted to the former: only noise? ─► with these parameters, more than noise in the latter?
 //! ```
 //!
-//! Each piece begins with states of its own: what is missing while the condition holds has moved them. The idea is that
-//! of Wang (arXiv 2606.23215, 2026), where is my physics wrong, regime by regime.
+//! Each piece has its own start values, because the missing term moves the states while the condition holds. The idea
+//! of locating errors of the physics regime by regime is Wang's (arXiv 2606.23215, 2026).
 
 use std::collections::BTreeMap;
 
@@ -29,13 +29,13 @@ pub(crate) struct Regime {
     pub(crate) condition: Condition,
     /// Mean squares of the residuals relative to the noise where the condition does not hold, and where it does.
     pub(crate) left: [f64; 2],
-    /// The base model fitted to where it does not.
+    /// The base model fitted to the pieces in which the condition does not hold.
     pub(crate) outside: Fitted,
 }
 
 impl Regime {
-    /// The regime that a condition divides, if the base model explains the recordings outside it, and not inside, to
-    /// within so many times the noise variance.
+    /// The regime that a condition divides, if the base model explains the recordings outside it, but not inside, to
+    /// within `explained` times the noise variance.
     pub(crate) fn of(
         condition: &Condition,
         circumstances: &Circumstances,
@@ -69,17 +69,18 @@ impl Regime {
             let counts_from = vec![f64::NEG_INFINITY; valid.len()];
             let data = Data { train, valid, counts_from, ..data.not_kept() };
             let structure = fitted.structure.clone();
-            let mut own =
+            let mut refitted =
                 Fitted::new(structure, from, &[StartPoint::default()], &data, EVALUATIONS).ok()?;
-            own.hold_out(&data, EVALUATIONS);
+            refitted.hold_out(&data, EVALUATIONS);
             let squares = |residuals: Vec<Vec<Vec<f64>>>| {
-                let all = chi_square(&residuals, &data.noise);
-                let of_output = all.iter().filter(|(_, n)| *n > 0).map(|(sum, n)| sum / *n as f64);
+                let by_output = chi_square(&residuals, &data.noise);
+                let of_output =
+                    by_output.iter().filter(|(_, n)| *n > 0).map(|(sum, n)| sum / *n as f64);
                 of_output.fold(0.0, f64::max)
             };
-            let left = squares(own.residuals(&data));
-            let held_out = own.held_out_residuals(&data).map_or(f64::INFINITY, squares);
-            Some((own, [left, held_out]))
+            let left = squares(refitted.residuals(&data));
+            let held_out = refitted.held_out_residuals(&data).map_or(f64::INFINITY, squares);
+            Some((refitted, [left, held_out]))
         };
         let from =
             Values { starts: vec![BTreeMap::default(); outside.len()], ..fitted.values.clone() };
@@ -89,31 +90,34 @@ impl Regime {
     }
 }
 
-/// Runs of samples of a recording within a condition, or outside it, with at least so many readings.
+/// Runs of samples of a recording within a condition, or outside it, with at least `fewest` readings.
 fn pieces(recording: &Recording, holds: &[bool], within: bool, fewest: usize) -> Vec<Recording> {
-    let mut all = Vec::new();
+    let mut pieces = Vec::new();
     let mut begin = 0;
     for end in 1..=holds.len() {
         if end < holds.len() && holds[end] == holds[begin] {
             continue;
         }
-        let read = |all: &Option<Vec<f64>>| {
-            all.iter().flat_map(|all| &all[begin..end]).filter(|x| x.is_finite()).count()
+        let read = |values: &Option<Vec<f64>>| {
+            values.iter().flat_map(|values| &values[begin..end]).filter(|x| x.is_finite()).count()
         };
         let readings: usize = recording.measured.iter().map(read).sum();
         if holds[begin] == within && readings >= fewest {
-            let own = |all: &[Option<Vec<f64>>]| -> Vec<Option<Vec<f64>>> {
-                all.iter().map(|all| all.as_ref().map(|all| all[begin..end].to_vec())).collect()
+            let cut = |outputs: &[Option<Vec<f64>>]| -> Vec<Option<Vec<f64>>> {
+                outputs
+                    .iter()
+                    .map(|values| values.as_ref().map(|values| values[begin..end].to_vec()))
+                    .collect()
             };
-            all.push(Recording {
+            pieces.push(Recording {
                 times: recording.times[begin..end].to_vec(),
-                measured: own(&recording.measured),
-                deviations: own(&recording.deviations),
+                measured: cut(&recording.measured),
+                deviations: cut(&recording.deviations),
                 start: Vec::new(),
                 ..recording.clone()
             });
         }
         begin = end;
     }
-    all
+    pieces
 }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// Share of the time reserved for locating what is missing, with or without a name.
+/// Share of the time reserved for the search for places and formulas.
 const KEPT: f64 = 0.3;
 
 /// The deadlines of a search.

@@ -22,7 +22,7 @@ use dgd_screen::noise::SensorNoise;
 
 impl Fitted {
     /// Updates the standard deviations of the estimates to the current noise, including its correlation. Those of fits
-    /// are right only if all noise is white.
+    /// are correct only for white noise.
     pub(crate) fn know_correlations(&mut self, data: &Data<'_>) {
         if data.noise.iter().flatten().all(|noise| noise.colour.is_none()) {
             return;
@@ -45,7 +45,7 @@ impl Fitted {
         (0..self.estimates.len()).filter(|place| is_fitted(&self.estimates[*place])).collect()
     }
 
-    /// Their covariance; `None` if the sensitivities are not available.
+    /// Covariance of [`Self::fitted_directions`]; `None` if the sensitivities are not available.
     pub(crate) fn covariance(&self, data: &Data<'_>) -> Option<DMatrix<f64>> {
         let fitted = self.fitted_directions();
         let n = fitted.len();
@@ -54,7 +54,7 @@ impl Fitted {
         let (mut information, mut scores) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
         for (r, recording) in data.train.iter().enumerate() {
             let start = self.values.starts(system, r);
-            let seen = outputs_with_sensitivities(
+            let observations = outputs_with_sensitivities(
                 system.as_model(),
                 recording,
                 &self.p,
@@ -63,13 +63,16 @@ impl Fitted {
             )
             .ok()?;
             // The estimates of this recording, and their directions.
-            let own: Vec<(usize, usize)> = fitted
+            let active: Vec<(usize, usize)> = fitted
                 .iter()
                 .enumerate()
                 .filter(|(_, e)| self.estimates[**e].recording.is_none_or(|other| other == r))
                 .filter_map(|(i, e)| {
-                    let of: &Direction = &self.estimates[*e].of;
-                    Some((i, directions.iter().position(|direction| direction == of)?))
+                    let fitted_direction: &Direction = &self.estimates[*e].of;
+                    Some((
+                        i,
+                        directions.iter().position(|direction| direction == fitted_direction)?,
+                    ))
                 })
                 .collect();
             for (output, noise) in data.noise.iter().enumerate() {
@@ -77,21 +80,22 @@ impl Fitted {
                     continue;
                 };
                 // A sample without a sensitivity carries no information.
-                let derivative = |k: usize, j: usize| seen.dw(k)[j * seen.n_w + output];
+                let derivative =
+                    |k: usize, j: usize| observations.dw(k)[j * observations.n_w + output];
                 let samples: Vec<usize> = (0..measured.len())
                     .filter(|k| measured[*k].is_finite())
-                    .filter(|k| own.iter().all(|(_, j)| derivative(*k, *j).is_finite()))
+                    .filter(|k| active.iter().all(|(_, j)| derivative(*k, *j).is_finite()))
                     .collect();
                 // WJ, and R WJ
                 let weight = noise.total().powi(-2);
-                let weighted = DMatrix::from_fn(samples.len(), own.len(), |k, i| {
-                    weight * derivative(samples[k], own[i].1)
+                let weighted = DMatrix::from_fn(samples.len(), active.len(), |k, i| {
+                    weight * derivative(samples[k], active[i].1)
                 });
                 let correlated = with_covariance(&weighted, recording, &samples, noise);
                 let own_information = weighted.tr_mul(&weighted) / weight;
                 let own_scores = weighted.tr_mul(&correlated);
-                for (a, (i, _)) in own.iter().enumerate() {
-                    for (b, (j, _)) in own.iter().enumerate() {
+                for (a, (i, _)) in active.iter().enumerate() {
+                    for (b, (j, _)) in active.iter().enumerate() {
                         information[(*i, *j)] += own_information[(a, b)];
                         scores[(*i, *j)] += own_scores[(a, b)];
                     }
@@ -135,8 +139,8 @@ pub(crate) fn with_covariance(
     product
 }
 
-/// N⁻¹ restricted to the combinations of estimates that readings determine to this relative tolerance. What they hardly
-/// determine fades out, so that rounding does not decide whether it counts.
+/// N⁻¹ restricted to the combinations of estimates that readings determine to this relative tolerance. Poorly
+/// determined ones fade out, so that rounding does not decide whether they count.
 pub(crate) fn inverse(information: &DMatrix<f64>, rtol: f64) -> DMatrix<f64> {
     let n = information.nrows();
     // If all start values are fixed, the matrix is empty and has no eigenvalues.

@@ -53,7 +53,7 @@ impl<'a> Data<'a> {
         self.budget.is_over() || self.keeping.is_stopped()
     }
 
-    /// Reason to report for whatever was not tried after that.
+    /// The reason to report for everything that was not tried after that.
     pub(crate) fn not_tried(&self) -> String {
         let why = if self.keeping.is_stopped() {
             "the search was stopped"
@@ -63,8 +63,8 @@ impl<'a> Data<'a> {
         format!("not tried: {why}")
     }
 
-    /// The same for fits that are not stored: keys identify a structure by the positions of its candidates, and do not
-    /// cover recordings other than the request's.
+    /// These data for fits that are not stored: keys identify a structure by the positions of its candidates, and do
+    /// not cover recordings other than the request's.
     pub(crate) fn not_kept(&self) -> Data<'a> {
         Data { keeping: WorkJournal::NONE, own_weights: false, ..self.clone() }
     }

@@ -38,9 +38,9 @@ pub(crate) struct Fitted {
     pub error: (f64, usize),
     /// Outputs at the samples of each training recording.
     pub train: Vec<Observations>,
-    /// The same for validation recordings; `None` if they were not simulated or cannot be.
+    /// Those of each validation recording; `None` if they were not simulated or cannot be.
     pub valid: Option<Vec<Observations>>,
-    /// Two of its effects of which the second only cancels the first, computed on demand.
+    /// Two effects, the second of which only cancels the first; computed on demand.
     pub cancelling: OnceLock<Option<[usize; 2]>>,
     /// Expected mean squares of its validation errors, relative to the noise, computed on demand.
     pub foreseen: OnceLock<Option<Vec<f64>>>,
@@ -63,12 +63,12 @@ pub(crate) struct NoFit(pub String);
 /// Difference of criteria that is "very strong" evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
 pub(crate) const VERY_STRONG: f64 = 10.0;
 
-/// How near to a bound, in standard deviations, an estimate is as good as at it.
+/// Distance from a bound, in standard deviations, below which an estimate counts as at the bound.
 const AS_GOOD_AS_AT: f64 = 0.1;
 
 impl Fitted {
-    /// Whether a parameter is at a bound, or as near to one as makes no difference to the recordings: the rate of a
-    /// limit that nothing reaches, for instance, is as good as any.
+    /// Whether a parameter is at a bound, or so near one that the recordings cannot distinguish the two, like the rate
+    /// of a limit that is never reached.
     pub(crate) fn is_at_bound(&self, estimate: &Estimate) -> bool {
         let parameters = &self.structure.system.signature().parameters;
         let declared = parameters.iter().find(|declared| *declared.name == *estimate.name);
@@ -178,14 +178,14 @@ impl Fitted {
         residuals(data.train, &self.train)
     }
 
-    /// Whether its simulation diverges from a training recording, so that a linearisation around it, and fits that
-    /// begin there, say nothing about what is missing.
+    /// Whether its simulation diverges from a training recording, so that neither a linearisation around it nor a fit
+    /// that begins there can locate what is missing.
     pub(crate) fn runs_away(&self, data: &Data<'_>) -> bool {
         let residuals = self.residuals(data);
         let mut both = data.train.iter().zip(&residuals);
         both.any(|(recording, outputs)| {
-            let mut all = recording.measured.iter().zip(outputs);
-            all.any(|(read, left)| read.as_ref().is_some_and(|read| runs_away(read, left)))
+            let mut pairs = recording.measured.iter().zip(outputs);
+            pairs.any(|(read, left)| read.as_ref().is_some_and(|read| runs_away(read, left)))
         })
     }
 
@@ -194,16 +194,18 @@ impl Fitted {
         Some(residuals(data.valid, self.valid.as_ref()?))
     }
 
-    /// The same without those samples.
+    /// [`Self::all_held_out_residuals`], with NaN at the samples from which start values are estimated.
     pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
-        let mut all = self.all_held_out_residuals(data)?;
-        for ((recording, from), outputs) in data.valid.iter().zip(&data.counts_from).zip(&mut all) {
+        let mut residuals = self.all_held_out_residuals(data)?;
+        for ((recording, from), outputs) in
+            data.valid.iter().zip(&data.counts_from).zip(&mut residuals)
+        {
             let skipped = recording.times.partition_point(|t| t < from);
             for values in outputs {
                 values[..skipped].fill(f64::NAN);
             }
         }
-        Some(all)
+        Some(residuals)
     }
 }
 
@@ -229,30 +231,31 @@ impl Ended {
         let mut failure = None;
         for point in points {
             let (from, recordings) = if point.is_afresh { &afresh } else { &on };
-            let at = |values: &[(String, f64)]| {
-                let mut all = (*from).clone();
-                all.p.extend(values.iter().cloned());
-                let mut p = all.parameters(system);
+            let parameters_at = |values: &[(String, f64)]| {
+                let mut combined = (*from).clone();
+                combined.p.extend(values.iter().cloned());
+                let mut p = combined.parameters(system);
                 clip(&mut p, signature);
                 p
             };
-            let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
+            let (suggested, nothing) =
+                (parameters_at(&point.values), parameters_at(&point.at_nothing));
             let attempt = |p: &[f64]| {
                 let problem = problem(structure, p, recordings, data, evaluations);
                 fitted(&problem, &nothing, &point.held, structure, data.own_weights)
             };
-            let mut found = attempt(&suggested);
+            let mut result = attempt(&suggested);
             for share in MOVED {
                 let between = |(a, b): (&f64, &f64)| a + share * (b - a);
                 let moved: Vec<f64> = nothing.iter().zip(&suggested).map(between).collect();
-                if !matches!(found, Err(EstimateError::Start(_))) || nothing == suggested {
+                if !matches!(result, Err(EstimateError::Start(_))) || nothing == suggested {
                     break;
                 }
-                found = attempt(&moved);
+                result = attempt(&moved);
             }
-            match found {
-                Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
-                    best = Some(found);
+            match result {
+                Ok(result) if best.as_ref().is_none_or(|(best, _)| result.0.cost < best.cost) => {
+                    best = Some(result);
                 }
                 Ok(_) => {}
                 Err(error) => {
@@ -285,14 +288,14 @@ impl Kept for NoFit {
     }
 }
 
-/// Shares of the way from no effect to a suggested start that cannot be simulated, from which a fit begins in its place.
+/// Shares of the way from no effect to a suggested start that cannot be simulated, at which a fit begins instead.
 const MOVED: [f64; 3] = [0.3, 0.1, 0.0];
 
 /// Maximum number of rounds in which moments are moved and the rest is refitted.
 const MOST_ROUNDS: usize = 4;
 
-/// Factor by which the simulations of a fit may be exceeded until a step is accepted: before that the fit says nothing
-/// about the structure.
+/// Factor by which the simulations of a fit may be exceeded until a step is accepted: before that, the fit does
+/// not characterise the structure.
 const UNTIL_A_STEP: usize = 4;
 
 /// Mean square relative to the noise up to which other onsets are tried after a fit: a larger misfit has another cause.
@@ -304,8 +307,8 @@ fn is_near(problem: &OutputErrorProblem<'_>, cost: f64) -> bool {
     cost < NEAR * samples as f64
 }
 
-/// A fit from the better of two points, with the moments at which readings jump, which were moved sample by sample.
-/// Some parameters are held at first.
+/// A fit from the better of two points, with the moments at which readings jump moved sample by sample. Some parameters
+/// are held at first.
 fn fitted(
     problem: &OutputErrorProblem<'_>,
     other: &[f64],
@@ -340,13 +343,13 @@ fn fitted(
         recordings = with_found_starts(&recordings, &adapted.starts);
         p = adapted.p;
     }
-    let held = |p: &[f64], recordings: &[Recording]| {
+    let fit_rest = |p: &[f64], recordings: &[Recording]| {
         fit(&OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() })
     };
-    let mut best = held(&p, &recordings)?;
+    let mut best = fit_rest(&p, &recordings)?;
     for _ in 0..MOST_ROUNDS {
         let mut p = best.p.clone();
-        // A model that is not fitted yet says nothing about the moment.
+        // A fit that has not converged yet does not show whether to move the moment.
         let mut is_moved = false;
         if best.termination.is_converged() {
             let starts = &best.starts;
@@ -364,7 +367,7 @@ fn fitted(
             break;
         }
         let recordings = with_found_starts(problem.recordings, &best.starts);
-        best = held(&p, &recordings)?;
+        best = fit_rest(&p, &recordings)?;
     }
     if own_weights && best.termination.is_converged() {
         let recordings = with_found_starts(problem.recordings, &best.starts);

@@ -62,11 +62,11 @@ impl Fitted {
     /// Probability of validation errors this large of each output if nothing is missing; `None` if not available.
     pub(crate) fn held_out_chances(&self, data: &Data<'_>, evaluations: usize) -> Option<Vec<f64>> {
         let foreseen = self.foreseen(data, evaluations)?;
-        let found = chi_square(&self.held_out_residuals(data)?, &data.noise);
+        let squares = chi_square(&self.held_out_residuals(data)?, &data.noise);
         let chance = |((sum, n), foreseen): (&(f64, usize), &Option<Foreseen>)| {
             foreseen.map_or(1.0, |foreseen| foreseen.tail(sum / *n as f64))
         };
-        Some(found.iter().zip(&foreseen).map(chance).collect())
+        Some(squares.iter().zip(&foreseen).map(chance).collect())
     }
 
     /// Expected mean square of validation errors of each output relative to the noise, if nothing is missing: more than
@@ -104,9 +104,11 @@ impl Fitted {
             correlated: DMatrix::zeros(n_p, n_p),
         };
         let mut sums = vec![nothing; data.noise.len()];
-        let found = self.held_out_starts(data, evaluations)?;
-        for ((recording, from), start) in data.valid.iter().zip(&data.counts_from).zip(&found) {
-            let seen = outputs_with_sensitivities(
+        let held_out_starts = self.held_out_starts(data, evaluations)?;
+        for ((recording, from), start) in
+            data.valid.iter().zip(&data.counts_from).zip(&held_out_starts)
+        {
+            let observations = outputs_with_sensitivities(
                 system.as_model(),
                 recording,
                 &self.p,
@@ -114,8 +116,8 @@ impl Fitted {
                 &data.options_for(system),
             )
             .ok()?;
-            let seen = Seen { recording, observations: &seen, counts_from: *from };
-            seen.add(data, &covariance, [&starts, &parameters], &mut sums);
+            let validation = Seen { recording, observations: &observations, counts_from: *from };
+            validation.add(data, &covariance, [&starts, &parameters], &mut sums);
         }
         let foreseen = |((output, sums), noise): ((usize, &Sums), &Option<SensorNoise>)| {
             let noise = noise.as_ref().filter(|_| sums.readings > 0)?;
@@ -147,8 +149,8 @@ impl Seen<'_> {
     fn readings(&self, output: usize, columns: &[&[usize]], later: bool) -> Vec<usize> {
         let Some(measured) = &self.recording.measured[output] else { return Vec::new() };
         let is_known = |k: &usize| {
-            let mut all = columns.iter().flat_map(|columns| columns.iter());
-            measured[*k].is_finite() && all.all(|j| self.derivative(*k, *j, output).is_finite())
+            let mut indices = columns.iter().flat_map(|columns| columns.iter());
+            measured[*k].is_finite() && indices.all(|j| self.derivative(*k, *j, output).is_finite())
         };
         (0..measured.len())
             .filter(|k| (self.recording.times[*k] >= self.counts_from) == later)
@@ -222,8 +224,8 @@ fn of_training(recording: &Recording, output: usize, noise: &SensorNoise) -> (us
 
 /// tr R² over some samples.
 fn of_noise(recording: &Recording, samples: &[usize], noise: &SensorNoise) -> f64 {
-    let own = noise.total().powi(4) * samples.len() as f64;
-    let Some(colour) = noise.colour else { return own };
+    let diagonal = noise.total().powi(4) * samples.len() as f64;
+    let Some(colour) = noise.colour else { return diagonal };
     let (mut earlier, mut pairs, mut before) = (0.0, 0.0, None);
     for &k in samples {
         let t = recording.times[k];
@@ -233,5 +235,5 @@ fn of_noise(recording: &Recording, samples: &[usize], noise: &SensorNoise) -> f6
         earlier += 1.0;
         before = Some(t);
     }
-    own + 2.0 * colour.std.powi(4) * pairs
+    diagonal + 2.0 * colour.std.powi(4) * pairs
 }

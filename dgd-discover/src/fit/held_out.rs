@@ -1,7 +1,8 @@
 //! Validation recordings: start values from their beginnings, then a simulation.
 //!
-//! Where fewer outputs than states are read, the first readings do not say where the others begin, and a fit of start
-//! values may end in the wrong minimum. It also begins where training recordings were when their outputs went on alike.
+//! If fewer outputs than states are read, the first readings do not determine all start values, and fitting them may
+//! end in the wrong minimum. So fits also begin at the states of training recordings from which the outputs continued
+//! alike.
 
 use dgd_execute::Loaded;
 use dgd_identify::journal::kept;
@@ -83,14 +84,14 @@ impl Fitted {
         data: &Data<'_>,
     ) -> Option<Vec<Starts>> {
         let courses = self.courses(data);
-        let mut all = Vec::with_capacity(data.valid.len());
+        let mut best_starts = Vec::with_capacity(data.valid.len());
         for (r, (recording, before)) in data.valid.iter().zip(&data.counts_from).enumerate() {
             let head = [recording.head(*before)];
             let whole = std::slice::from_ref(recording);
             let left = |starts: &Starts, recordings: &[Recording]| {
-                let own = OutputErrorProblem { recordings, ..problem.clone() };
+                let problem = OutputErrorProblem { recordings, ..problem.clone() };
                 let starts = std::slice::from_ref(starts);
-                evaluate(&own, &self.p, starts).map_or(f64::INFINITY, |one| one.cost)
+                evaluate(&problem, &self.p, starts).map_or(f64::INFINITY, |one| one.cost)
             };
             let alike = courses.iter().flat_map(|(train, course, outputs)| {
                 let samples = most_alike(&head[0], train, outputs, data);
@@ -99,8 +100,8 @@ impl Fitted {
             });
             let fitted = alike.filter_map(|start| {
                 let begun = [Recording { start, ..recording.clone() }];
-                let own = OutputErrorProblem { recordings: &begun, ..problem.clone() };
-                fit_starts(&own, std::slice::from_ref(before)).ok()?.pop()
+                let problem = OutputErrorProblem { recordings: &begun, ..problem.clone() };
+                fit_starts(&problem, std::slice::from_ref(before)).ok()?.pop()
             });
             let plain = plain.map(|plain| plain[r].clone());
             let starts: Vec<(f64, Starts)> = (plain.into_iter().chain(fitted))
@@ -111,23 +112,24 @@ impl Fitted {
             let best = as_good
                 .map(|(_, starts)| (left(&starts, whole), starts))
                 .min_by(|(a, _), (b, _)| a.total_cmp(b));
-            all.push(best?.1);
+            best_starts.push(best?.1);
         }
-        Some(all)
+        Some(best_starts)
     }
 
     /// Training recordings with their unknowns and outputs; without those that cannot be simulated.
     fn courses<'a>(&'a self, data: &Data<'a>) -> Vec<(&'a Recording, Solution, &'a Observations)> {
         let system = &self.structure.system;
         let options = data.options_for(system);
-        let all = data.train.iter().zip(&self.train).enumerate();
-        all.filter_map(|(r, (recording, outputs))| {
-            let start = self.values.starts(system, r);
-            let Recording { inputs, times, .. } = recording;
-            let problem = Problem { system, p: &self.p, inputs, start: &start };
-            Some((recording, simulate(&problem, times, &options).ok()?, outputs))
-        })
-        .collect()
+        let recordings = data.train.iter().zip(&self.train).enumerate();
+        recordings
+            .filter_map(|(r, (recording, outputs))| {
+                let start = self.values.starts(system, r);
+                let Recording { inputs, times, .. } = recording;
+                let problem = Problem { system, p: &self.p, inputs, start: &start };
+                Some((recording, simulate(&problem, times, &options).ok()?, outputs))
+            })
+            .collect()
     }
 }
 
@@ -137,8 +139,8 @@ pub(crate) fn states_at(system: &Loaded, trajectory: &Solution, k: usize) -> Sta
     states.map(|i| (i, trajectory.y(k)[i])).collect()
 }
 
-/// The samples of a training recording from which its outputs go on most like the beginning of another one, the best
-/// first; between them they do so less.
+/// The samples of a training recording from which its outputs continue most like the beginning of another one, the best
+/// first: local minima of the distance.
 fn most_alike(
     head: &Recording,
     train: &Recording,
@@ -152,25 +154,27 @@ fn most_alike(
         let mut sum = 0.0;
         for &j in &compared {
             let t = train.times[k] + head.times[j] - begin;
-            let at = train.times.partition_point(|own| *own < t);
-            if at >= train.times.len() {
+            let sample = train.times.partition_point(|own| *own < t);
+            if sample >= train.times.len() {
                 return f64::INFINITY;
             }
             for (i, noise) in data.noise.iter().enumerate() {
                 let (Some(noise), Some(read)) = (noise, &head.measured[i]) else { continue };
-                let error = (read[j] - outputs.w(at)[i]) / noise.total();
+                let error = (read[j] - outputs.w(sample)[i]) / noise.total();
                 sum += if error.is_finite() { error * error } else { 0.0 };
             }
         }
         sum
     };
-    let all: Vec<f64> = (0..train.times.len()).map(apart).collect();
-    let before = |k: usize| k.checked_sub(1).map_or(f64::INFINITY, |k| all[k]);
-    let after = |k: usize| all.get(k + 1).copied().unwrap_or(f64::INFINITY);
-    let mut least: Vec<usize> = (0..all.len())
-        .filter(|k| all[*k].is_finite() && all[*k] < before(*k) && all[*k] <= after(*k))
+    let distances: Vec<f64> = (0..train.times.len()).map(apart).collect();
+    let before = |k: usize| k.checked_sub(1).map_or(f64::INFINITY, |k| distances[k]);
+    let after = |k: usize| distances.get(k + 1).copied().unwrap_or(f64::INFINITY);
+    let mut least: Vec<usize> = (0..distances.len())
+        .filter(|k| {
+            distances[*k].is_finite() && distances[*k] < before(*k) && distances[*k] <= after(*k)
+        })
         .collect();
-    least.sort_by(|a, b| all[*a].total_cmp(&all[*b]));
+    least.sort_by(|a, b| distances[*a].total_cmp(&distances[*b]));
     least.truncate(ALIKE);
     least
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use dgd_identify::journal::{Digest, Forgetful, Journal};
 use dgd_identify::{Of, Progress, Unwatched, Watch};
 
-/// Where results are stored, and who is informed of progress.
+/// Where results are stored and progress is reported.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WorkJournal<'a> {
     pub journal: &'a dyn Journal,

@@ -5,7 +5,7 @@
 //! rest, but moved from one sample interval to another as long as that reduces the misfit, and the rest is refitted.
 //!
 //! ```text
-//!   t ∈ (t_k, t_k+1) tells the data nothing: t̂ = (t_k + t_k+1)/2, σ = (t_k+1 − t_k)/√12
+//!   the data cannot locate t within (t_k, t_k+1): t̂ = (t_k + t_k+1)/2, σ = (t_k+1 − t_k)/√12
 //! ```
 
 use dgd_execute::Loaded;
@@ -108,7 +108,7 @@ impl Moments {
                             p.copy_from_slice(&trial);
                             stride *= 2;
                         }
-                        // Shorter strides again, and an end after single samples.
+                        // Shorter strides, ending after single samples.
                         _ => stride /= 2,
                     }
                 }
@@ -129,7 +129,7 @@ impl Moments {
 
     /// The estimates of a fit and the moments, in the order of the model's parameters.
     pub(crate) fn estimates(&self, system: &Loaded, fit: &Fit) -> Vec<Estimate> {
-        let mut all = fit.estimates.clone();
+        let mut estimates = fit.estimates.clone();
         for &parameter in &self.parameters {
             let value = fit.p[parameter];
             let (before, after) = (self.at(value, 0), self.at(value, 1));
@@ -145,9 +145,9 @@ impl Moments {
                 Direction::Parameter(i) => i < parameter,
                 Direction::Start(_) => false,
             };
-            all.insert(all.partition_point(comes_before), estimate);
+            estimates.insert(estimates.partition_point(comes_before), estimate);
         }
-        all
+        estimates
     }
 
     /// The last sample before a time, or the one `later` samples after it.

@@ -20,32 +20,32 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
     let within = |values: &mut dyn Iterator<Item = f64>| {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
     };
-    let mut all = Ranges::new();
+    let mut ranges = Ranges::new();
     // Measurements are better known than the model's outputs, which may be far off.
     for (i, output) in signature.outputs.iter().enumerate() {
         let measured = data.scales.readings(i, recording);
         let measured = measured.iter().flatten().copied().filter(|value| value.is_finite());
         let (a, b) = within(&mut measured.into_iter());
         if a <= b {
-            all.push((output.name.to_string(), output.unit.symbol.to_string(), a, b));
+            ranges.push((output.name.to_string(), output.unit.symbol.to_string(), a, b));
         }
     }
     if let Ok(solution) = simulate(&problem, &recording.times, &data.options_for(system)) {
         for (i, unknown) in signature.unknowns.iter().enumerate() {
             let (a, b) = within(&mut (0..solution.len()).map(|k| solution.y(k)[i]));
-            all.push((unknown.name.to_string(), unknown.unit.symbol.to_string(), a, b));
+            ranges.push((unknown.name.to_string(), unknown.unit.symbol.to_string(), a, b));
         }
     }
     for (i, input) in signature.inputs.iter().enumerate() {
         let mut u = vec![0.0; signature.inputs.len()];
-        let mut at = |t: f64| {
+        let mut value_at = |t: f64| {
             recording.inputs.value(t, Side::Right, &mut u);
             u[i]
         };
-        let (a, b) = within(&mut recording.times.iter().map(|t| at(*t)));
-        all.push((input.name.to_string(), input.unit.symbol.to_string(), a, b));
+        let (a, b) = within(&mut recording.times.iter().map(|t| value_at(*t)));
+        ranges.push((input.name.to_string(), input.unit.symbol.to_string(), a, b));
     }
-    all
+    ranges
 }
 
 /// Minimum number of cycles in a recording for a period.

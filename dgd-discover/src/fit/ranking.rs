@@ -11,16 +11,16 @@ use crate::library::{BaseModel, Refused, StructureId, Values};
 const TOLERANCE: f64 = 1e-4;
 
 /// Ratio of a sample interval to the limit of stability of an explicit method below which a model is far from stiff. A
-/// step of the general method takes three times as long as an explicit one, so that the latter pays even for structures
-/// that are ten times stiffer.
+/// step of the general method takes three times as long as an explicit one, so the latter is worthwhile even for
+/// structures that are ten times stiffer.
 const FAR_FROM_STIFF: f64 = 0.3;
 
 /// The methods with which structures are integrated.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Methods {
-    /// For all of them.
+    /// The method for all structures.
     pub general: &'static Method,
-    /// For those without algebraic unknowns, if it is better there.
+    /// The method for structures without algebraic unknowns, if another one is better there.
     pub explicit: Option<&'static Method>,
 }
 
@@ -30,22 +30,22 @@ pub(crate) fn options_for_ranking(options: Options) -> Options {
     Options { rtol: options.rtol.max(TOLERANCE), atol: options.atol.max(TOLERANCE), ..options }
 }
 
-/// The same, with steps that are possible both with and without events.
+/// These options, with steps that are possible both with and without events.
 pub(crate) fn stepping_alike(options: Options) -> Options {
     let steps = if options.steps == Steps::Automatic { Steps::Adaptive } else { options.steps };
     Options { steps, ..options }
 }
 
-/// The methods for ranking. If inputs change in most sample intervals, they cut nearly every step short, so that of
-/// methods of the same kind the one with the fewest evaluations is as good. An explicit method is better still, as long
-/// as the model is far from stiff: structures may be stiffer than it is.
+/// The methods for ranking. If inputs change in most sample intervals, they cut nearly every step short, so the method
+/// of the same kind with the fewest evaluations is as good. An explicit method is better still, as long as the model is
+/// far from stiff: structures may be stiffer than it is.
 pub(crate) fn methods_for_ranking<'a>(
     base: &BaseModel,
     data: &Data<'a>,
 ) -> Result<Methods, Refused> {
-    let own = data.options.method;
-    let as_it_is = Methods { general: own, explicit: None };
-    let MethodKind::Rosenbrock(_) = own.kind else { return Ok(as_it_is) };
+    let requested = data.options.method;
+    let as_it_is = Methods { general: requested, explicit: None };
+    let MethodKind::Rosenbrock(_) = requested.kind else { return Ok(as_it_is) };
     let system = &base.structure(&[], StructureId::BASE)?.system;
     let p = &Values::default().parameters(system);
     let problem_of =
@@ -58,7 +58,7 @@ pub(crate) fn methods_for_ranking<'a>(
         _ => None,
     };
     let alike = METHODS.iter().filter(|method| evaluations(method).is_some());
-    let general = alike.min_by_key(|method| evaluations(method)).unwrap_or(own);
+    let general = alike.min_by_key(|method| evaluations(method)).unwrap_or(requested);
     let explicit = METHODS.iter().find(|method| matches!(method.kind, MethodKind::Explicit(_)));
     let is_far_from_stiff = |method: &&'static Method| {
         let options = Options { method, ..data.options };

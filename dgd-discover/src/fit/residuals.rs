@@ -13,13 +13,13 @@ pub(crate) fn whitened_square(
     residuals: &[Vec<Vec<f64>>],
     noise: &[Option<SensorNoise>],
 ) -> (f64, usize) {
-    let all = recordings.iter().zip(residuals).flat_map(|(recording, outputs)| {
+    let whitened_errors = recordings.iter().zip(residuals).flat_map(|(recording, outputs)| {
         outputs
             .iter()
             .zip(noise)
             .filter_map(|(errors, noise)| Some(whitened(recording, errors, noise.as_ref()?)))
     });
-    let finite = all.flatten().filter(|e| e.is_finite());
+    let finite = whitened_errors.flatten().filter(|e| e.is_finite());
     finite.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1))
 }
 
@@ -59,8 +59,8 @@ pub(super) fn runs_away(readings: &[f64], left: &[f64]) -> bool {
     spread(left) > spread(readings)
 }
 
-/// Residuals, but for an output from which the simulation diverges, readings minus their mean: how far it diverges says
-/// nothing about what is missing.
+/// Residuals; for an output from which the simulation diverges, readings minus their mean instead, because its
+/// distance from them does not locate what is missing.
 pub(crate) fn as_far_as_readings(
     recordings: &[Recording],
     mut residuals: Vec<Vec<Vec<f64>>>,
@@ -85,7 +85,8 @@ pub(crate) fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
 }
 
 /// Factor by which to raise the limit of each output's mean square relative to the noise, for the uncertainty of both:
-/// a limit of 1.1 then accepts a correct model in 99 of 100 recordings, however short and however many outputs they have.
+/// a limit of 1.1 then accepts a correct model in 99 of 100 recordings, however short and however many outputs they
+/// have.
 pub(crate) fn slack(
     by_output: &[(f64, usize)],
     noise: &[Option<SensorNoise>],

@@ -17,7 +17,7 @@ pub(crate) struct Form {
     pub complexity: u32,
     /// Whether it is tried in products of two.
     pub in_products: bool,
-    /// Whether its quantity has to be a number without a unit.
+    /// Whether its quantity has to be dimensionless.
     pub of_numbers: bool,
 }
 
@@ -35,7 +35,7 @@ pub(crate) enum Inner {
 /// Sizes to try, relative to that of the quantity (its largest value): a bend in the first hundredth of the range is a
 /// step, and one at three times the range is a straight line.
 const PARTS: &[f64] = &[0.03, 0.1, 0.3, 1.0, 3.0];
-/// Number of parts with as many values each, between which thresholds are tried.
+/// Number of equally filled parts of the values, between which thresholds are tried.
 const QUANTILES: usize = 20;
 
 impl Inner {
@@ -52,11 +52,12 @@ impl Inner {
                 let mut sorted: Vec<f64> = finite.collect();
                 sorted.sort_by(f64::total_cmp);
                 let last = sorted.len().saturating_sub(1) as f64;
-                let at =
+                let quantile =
                     |k: usize| sorted.get((last * k as f64 / QUANTILES as f64).round() as usize);
-                let mut all: Vec<f64> = (1..QUANTILES).filter_map(at).copied().collect();
-                all.dedup();
-                all
+                let mut thresholds: Vec<f64> =
+                    (1..QUANTILES).filter_map(quantile).copied().collect();
+                thresholds.dedup();
+                thresholds
             }
         }
     }
@@ -92,7 +93,7 @@ impl Domain {
     }
 }
 
-/// The plainest form, with what most forms have.
+/// The plainest form, which supplies the defaults of the others.
 const PLAIN: Form = Form {
     text: "*{}",
     value: |x, _| x,

@@ -18,8 +18,8 @@ pub(crate) struct Factor {
     pub difference: Option<[usize; 2]>,
 }
 
-/// Names that a formula may contain: inputs, time, unknowns, then the differences of those that have the same dimension.
-/// Of numbers there are no differences.
+/// Names that a formula may contain: inputs, time, unknowns, then the differences of those that have the same
+/// dimension. Dimensionless names have no differences.
 pub(crate) fn names(model: &Model) -> Vec<Factor> {
     let factor = |declared: &Declared| Factor {
         name: declared.name.clone(),
@@ -30,24 +30,24 @@ pub(crate) fn names(model: &Model) -> Vec<Factor> {
     let time = Factor { name: "time".to_owned(), unit: second, difference: None };
     let inputs = model.inputs.iter().map(|input| factor(&input.declared));
     let unknowns = model.unknowns.iter().map(|unknown| factor(&unknown.declared));
-    let mut all: Vec<Factor> = inputs.chain([time]).chain(unknowns).collect();
+    let mut factors: Vec<Factor> = inputs.chain([time]).chain(unknowns).collect();
     let time = model.inputs.len();
-    let plain = all.len();
+    let plain = factors.len();
     // An unknown first: a loss is due to the difference of a state from its surroundings.
     for (i, j) in (0..plain).rev().flat_map(|i| (0..i).map(move |j| (i, j))) {
-        let [a, b] = [i, j].map(|k| &all[k]);
+        let [a, b] = [i, j].map(|k| &factors[k]);
         let dimension = a.unit.dimension;
         let is_plain = i != time && j != time && (i > time || j > time);
         if is_plain && dimension != Dimension::ONE && dimension == b.unit.dimension {
             let name = format!("({} - {})", a.name, b.name);
             let unit = a.unit.clone();
-            all.push(Factor { name, unit, difference: Some([i, j]) });
+            factors.push(Factor { name, unit, difference: Some([i, j]) });
         }
     }
-    all
+    factors
 }
 
-/// Adds the values of differences behind those of the names that they are of.
+/// Appends the values of differences to those of the names.
 pub(crate) fn with_differences(names: &[Factor], values: &mut Vec<Vec<f64>>) {
     for [i, j] in names.iter().filter_map(|name| name.difference) {
         let difference = values[i].iter().zip(&values[j]).map(|(a, b)| a - b).collect();
@@ -103,23 +103,23 @@ impl Shape {
         Some(Self { factors, inner: self.inner.filter(|_| is_plain) })
     }
 
-    /// The shapes with a plainer form, which has no inner constant, in place of one of its own.
+    /// The shapes with one of its forms replaced by a plainer one, which has no inner constant.
     pub(crate) fn plainer(&self) -> Vec<Self> {
-        let mut all = Vec::new();
+        let mut shapes = Vec::new();
         for (k, (name, form)) in self.factors.iter().enumerate() {
-            let own = &FORMS[*form];
+            let current = &FORMS[*form];
             for (position, plain) in FORMS.iter().enumerate() {
-                if plain.inner == Inner::None && plain.complexity < own.complexity {
+                if plain.inner == Inner::None && plain.complexity < current.complexity {
                     let mut factors = self.factors.clone();
                     factors[k] = (*name, position);
-                    all.push(Self {
+                    shapes.push(Self {
                         factors,
-                        inner: self.inner.filter(|_| own.inner == Inner::None),
+                        inner: self.inner.filter(|_| current.inner == Inner::None),
                     });
                 }
             }
         }
-        all
+        shapes
     }
 
     /// Its value for given values of all names.
@@ -144,15 +144,15 @@ impl Shape {
         self.text_with(names, &inner.unwrap_or_default())
     }
 
-    /// The same with the inner constant written as `inner`.
+    /// [`Self::text`] with the inner constant written as `inner`.
     pub(crate) fn text_with(&self, names: &[Factor], inner: &str) -> String {
         let factors = self
             .forms()
             .map(|(name, form)| form.text.replace("{}", &names[name].name).replace("{b}", inner));
-        let all: String = factors.collect();
-        match all.split_at_checked(1) {
+        let product: String = factors.collect();
+        match product.split_at_checked(1) {
             Some((operator, rest)) => format!(" {operator} {rest}"),
-            None => all,
+            None => product,
         }
     }
 
@@ -177,7 +177,7 @@ impl Shape {
             return Some(Unit::one());
         }
         let of_parameter = model.parameters.iter().map(|p| p.declared.unit.of_differences());
-        // A short unit of SI says more than a quotient of quotients, `m^2` more than `W/(W/m^2)`.
+        // A short SI unit is clearer than a quotient of quotients: `m^2` rather than `W/(W/m^2)`.
         let composed = || {
             let composed = parse_unit(&self.composed(names, whole)).ok()?;
             let plain = parse_unit(&describe(dimension)).ok();
@@ -186,8 +186,8 @@ impl Shape {
             };
             Some(plain.filter(shorter).unwrap_or(composed))
         };
-        let all = of_parameter.chain(std::iter::once_with(composed).flatten());
-        let mut fitting = all.filter(|unit| unit.dimension == dimension && unit.offset == 0.0);
+        let units = of_parameter.chain(std::iter::once_with(composed).flatten());
+        let mut fitting = units.filter(|unit| unit.dimension == dimension && unit.offset == 0.0);
         fitting.next().or_else(|| parse_unit(&describe(dimension)).ok())
     }
 

@@ -110,8 +110,8 @@ impl<'a> Constants<'a> {
 
     /// The constants of a fitted law.
     pub(super) fn of_law(terms: &'a [FittedTerm<'a>], is_taken: impl Fn(&str) -> bool) -> Self {
-        let all = terms.iter().map(|term| (&term.shape, term.value, term.unit));
-        let mut constants = Constants::named("law", all, is_taken);
+        let coefficients = terms.iter().map(|term| (&term.shape, term.value, term.unit));
+        let mut constants = Constants::named("law", coefficients, is_taken);
         for (constant, term) in constants.terms.iter_mut().zip(terms) {
             (constant.std, constant.std_of_inner) = (term.std, term.std_of_inner);
         }
@@ -128,12 +128,12 @@ impl<'a> Constants<'a> {
                 std,
                 unit: plain(unit),
             };
-            let own = parameter(name, *value, *std, unit);
+            let coefficient = parameter(name, *value, *std, unit);
             let inner = term.inner.as_ref().zip(term.shape.inner_unit(names));
             let inner = inner.zip(term.shape.inner);
             let inner =
                 inner.map(|((n, unit), value)| parameter(n, value, term.std_of_inner, unit));
-            std::iter::once(own).chain(inner).collect::<Vec<_>>()
+            std::iter::once(coefficient).chain(inner).collect::<Vec<_>>()
         };
         self.terms.iter().flat_map(of_term).collect()
     }
@@ -168,7 +168,7 @@ pub(crate) fn change(kind: PlaceKind, place: &str, sum: &str) -> (&'static str, 
     }
 }
 
-/// An effect from its text, which the sources keep.
+/// Reads an effect from its text, which is added to the sources.
 pub(crate) fn read_effect(file: &str, text: String, sources: &mut Sources) -> Option<Effect> {
     let mut diagnostics = Diagnostics::default();
     let id = sources.add(Source { name: file.to_owned(), text });
@@ -186,8 +186,8 @@ pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) ->
     };
     for term in &constants.terms {
         parameters += &declared(&term.name, term.value, term.unit, "", term.std);
-        let own = term.inner.as_ref().zip(term.shape.inner_unit(&site.names));
-        if let Some(((name, unit), value)) = own.zip(term.shape.inner) {
+        let inner_constant = term.inner.as_ref().zip(term.shape.inner_unit(&site.names));
+        if let Some(((name, unit), value)) = inner_constant.zip(term.shape.inner) {
             parameters +=
                 &declared(name, value, unit, &bounds(term.shape, value, unit), term.std_of_inner);
         }

@@ -1,14 +1,14 @@
 //! Guesses a formula for a discrepancy without a name.
 //!
 //! ```text
-//!   what is missing in each recording, around the trajectory that has it    (reconstruct)
+//!   the missing term in each recording, around the trajectory that has it   (reconstruct)
 //!   formulas of the model's names that look like it                         (regression, forms, formula)
 //!   the model with each of them, fitted again: which follows the recordings (structure, fitted)
 //! ```
 //!
 //! The regression finds forms. Fits of the model with each formula decide between them and determine coefficients: they
-//! are free of smoothing, of what parameters and start values have absorbed, and of unknowns that merely respond to
-//! what is missing. A formula that does not reduce the model's errors is rejected.
+//! are free of smoothing, of what parameters and start values have absorbed, and of unknowns that merely respond to the
+//! missing term. A formula that does not reduce the model's errors is rejected.
 //!
 //! A formula that passes on recordings that did not choose it describes them. That does not confirm its form: many
 //! forms agree over the recorded range.
@@ -54,7 +54,7 @@ const EVALUATIONS: usize = 40;
 /// Maximum number of names considered.
 const NAMES: usize = 24;
 
-/// A formula of the model's names that resembles what is missing: a guess, not confirmed.
+/// A formula of the model's names that resembles the missing term: a guess, not confirmed.
 #[derive(Debug, Clone)]
 pub struct Guess {
     /// The formula in the language, units included: to add to the right-hand side of the equation, or to the reading of
@@ -69,7 +69,7 @@ pub struct Guess {
     pub is_of_recordings: bool,
     /// Mean square of the base model's errors relative to the noise, on validation recordings if there are any.
     pub left_before: f64,
-    /// The same with the formula in the model.
+    /// That mean square with the formula in the model.
     pub left_after: f64,
     /// The formula as an effect file, which `--apply` takes.
     pub file: String,
@@ -82,7 +82,7 @@ pub struct Guess {
 /// A term of a [`Guess`].
 #[derive(Debug, Clone)]
 pub struct GuessedTerm {
-    /// What the coefficient multiplies, with the operator: `* q*abs(q)`; empty for a constant.
+    /// The factor that the coefficient multiplies, with the operator: `* q*abs(q)`; empty for a constant.
     pub factor: String,
     /// The coefficient, SI, from a fit of the model with the formula in it.
     pub coefficient: f64,
@@ -112,7 +112,7 @@ struct Site<'a> {
     names: Vec<Factor>,
 }
 
-/// A place along all recordings, with which formulas and names are compared.
+/// The missing term at a place along all recordings, with which formulas and names are compared.
 pub(crate) struct Followed<'a> {
     site: Site<'a>,
     /// Initial parameters and start values of fits.
@@ -122,7 +122,7 @@ pub(crate) struct Followed<'a> {
 }
 
 impl Followed<'_> {
-    /// Quantities that correlate with what is missing, the closest first.
+    /// Quantities that correlate with the missing term, the closest first.
     pub(crate) fn together(&self) -> Vec<Together> {
         together(&self.train, &self.held_out, &self.site.names)
     }
@@ -139,7 +139,7 @@ struct Inserted {
 }
 
 impl Guessing<'_> {
-    /// A place along all recordings; `None` if one of them cannot be simulated with what is missing.
+    /// The missing term at a place along all recordings; `None` if one of them cannot be simulated with it.
     pub(crate) fn followed<'b>(
         &self,
         terms: &'b MissingTerms,
@@ -187,23 +187,23 @@ impl Guessing<'_> {
         }
     }
 
-    /// For each place, the formula that best resembles what is missing there; `None` if no simple one does.
+    /// For each place, the formula that best resembles the missing term there; `None` if no simple one does.
     pub(crate) fn guesses(&self, places: &[&Followed<'_>]) -> Vec<Option<Guess>> {
         let ranked = self.in_parallel(places.len(), |own, i| own.ranked(places[i]));
-        let all: Vec<(usize, &Ranked)> = (ranked.iter().enumerate())
+        let candidates: Vec<(usize, &Ranked)> = (ranked.iter().enumerate())
             .flat_map(|(place, forms)| forms.iter().map(move |form| (place, form)))
             .collect();
-        let prices = self.in_parallel(all.len(), |own, k| {
-            let (place, form) = all[k];
+        let prices = self.in_parallel(candidates.len(), |own, k| {
+            let (place, form) = candidates[k];
             let Followed { site, values, .. } = places[place];
             let after = own.in_the_model(site, values, form, COMPARED)?.after;
             Some(after.mean_square().ln() + form.cost)
         });
         let best = |place: usize| {
-            let own = all.iter().zip(&prices).filter(|((of, _), _)| *of == place);
-            let own = own.filter_map(|((_, form), price)| Some(((*price)?, *form)));
+            let of_place = candidates.iter().zip(&prices).filter(|((of, _), _)| *of == place);
+            let priced = of_place.filter_map(|((_, form), price)| Some(((*price)?, *form)));
             // The first on a tie.
-            let best = own.reduce(|best, other| if other.0 < best.0 { other } else { best });
+            let best = priced.reduce(|best, other| if other.0 < best.0 { other } else { best });
             best.map(|(_, form)| form)
         };
         self.in_parallel(places.len(), |own, i| {
@@ -219,7 +219,7 @@ impl Guessing<'_> {
         self.told(site, &form, train, self.in_the_model(site, values, &form, EVALUATIONS)?)
     }
 
-    /// Work shared among threads, each with a fitted model of its own.
+    /// Runs work on several threads, each with a fitted model of its own.
     fn in_parallel<T: Send>(
         &self,
         count: usize,
@@ -231,7 +231,7 @@ impl Guessing<'_> {
         })
     }
 
-    /// Formulas that resemble what is missing at a place.
+    /// Formulas that resemble the missing term at a place.
     fn ranked(&self, followed: &Followed<'_>) -> Vec<Ranked> {
         let model = self.model;
         let Followed { site, train, held_out, .. } = followed;
@@ -248,20 +248,20 @@ impl Guessing<'_> {
         ranked(train, held_out, names, &is_preferred)
     }
 
-    /// Traces of a place in the training and in the validation recordings, each estimated by itself; empty if one has
-    /// none.
+    /// Traces of a place in the training and in the validation recordings, each estimated alone; empty if one cannot be
+    /// estimated.
     fn alone(&self, terms: &MissingTerms, place: usize) -> (Vec<PlaceTrace>, Vec<PlaceTrace>) {
         let Guessing { fitted, data, .. } = *self;
-        let of = |recording: &Recording, start: &[(usize, f64)]| {
+        let trace_of = |recording: &Recording, start: &[(usize, f64)]| {
             missing_input::alone(terms, fitted, data, place, recording, start)
         };
         let system = &fitted.structure.system;
         let train: Option<Vec<PlaceTrace>> = (data.train.iter().enumerate())
-            .map(|(r, recording)| of(recording, &fitted.values.starts(system, r)))
+            .map(|(r, recording)| trace_of(recording, &fitted.values.starts(system, r)))
             .collect();
         let starts = fitted.held_out_starts(data, EVALUATIONS);
         let valid: Option<Vec<PlaceTrace>> = (data.valid.iter().zip(starts.iter().flatten()))
-            .map(|(recording, start)| of(recording, start))
+            .map(|(recording, start)| trace_of(recording, start))
             .collect();
         (train.unwrap_or_default(), valid.unwrap_or_default())
     }
@@ -276,18 +276,18 @@ impl Guessing<'_> {
                 output.declared.unit.of_differences()
             }
             PlaceKind::Parameter => {
-                let own = model.parameters.iter().find(|p| p.declared.name == place.name)?;
-                own.declared.unit.of_differences()
+                let parameter = model.parameters.iter().find(|p| p.declared.name == place.name)?;
+                parameter.declared.unit.of_differences()
             }
             PlaceKind::Input => {
-                let own = model.inputs.iter().find(|input| input.declared.name == place.name)?;
-                own.declared.unit.of_differences()
+                let input = model.inputs.iter().find(|input| input.declared.name == place.name)?;
+                input.declared.unit.of_differences()
             }
         };
         Some(Site { name: &place.name, kind: place.kind, unit, names: names(model) })
     }
 
-    /// Values of names and of the equation's parameters along the trajectory with what is missing.
+    /// Values of the names, and of the equation's parameters, along the trajectory with the missing term.
     fn along(
         &self,
         terms: &MissingTerms,
@@ -315,10 +315,11 @@ impl Guessing<'_> {
             None => simulate(&problem, &found.times, &data.options).ok()?,
         };
 
-        let own = signature.inputs.len() - terms.places().len();
-        let positions: BTreeMap<&str, usize> = (signature.inputs.iter().take(own).enumerate())
-            .map(|(i, input)| (&*input.name, i))
-            .collect();
+        let first_place = signature.inputs.len() - terms.places().len();
+        let positions: BTreeMap<&str, usize> =
+            (signature.inputs.iter().take(first_place).enumerate())
+                .map(|(i, input)| (&*input.name, i))
+                .collect();
         let n_inputs = self.model.inputs.len();
         let plain: Vec<&Factor> =
             site.names.iter().filter(|name| name.difference.is_none()).collect();
@@ -337,13 +338,13 @@ impl Guessing<'_> {
         let mut by_u = vec![0.0; signature.input_jacobian.len()];
         let mut by_p = vec![0.0; signature.parameter_jacobian.len()];
         for k in 0..trajectory.len() {
-            let at = at(&trajectory, k, &inputs, p, &mut u);
+            let point = at(&trajectory, k, &inputs, p, &mut u);
             for (i, (values, factor)) in names.iter_mut().zip(&plain).enumerate() {
                 let value = match i.cmp(&n_inputs) {
-                    Ordering::Less => at.u[*positions.get(factor.name.as_str())?],
-                    Ordering::Equal => at.t,
+                    Ordering::Less => point.u[*positions.get(factor.name.as_str())?],
+                    Ordering::Equal => point.t,
                     Ordering::Greater => {
-                        at.y[unknowns.iter().position(|name| *name == factor.name)?]
+                        point.y[unknowns.iter().position(|name| *name == factor.name)?]
                     }
                 };
                 values.push(value);
@@ -352,17 +353,17 @@ impl Guessing<'_> {
                 continue;
             }
             // (∂f/∂p)/(∂f/∂d) of the row that contains d, times p.
-            system.input_jacobian(at, &mut by_u);
-            system.parameter_jacobian(at, &mut by_p);
+            system.input_jacobian(point, &mut by_u);
+            system.parameter_jacobian(point, &mut by_p);
             let of_d = (signature.input_jacobian.positions().zip(&by_u))
-                .filter(|((_, column), _)| *column == own + place)
+                .filter(|((_, column), _)| *column == first_place + place)
                 .map(|((row, _), value)| (row, *value))
                 .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             for (values, parameter) in parameters.iter_mut().zip(&free) {
                 let by_own = of_d.map(|(row, by_d)| {
                     let entries = signature.parameter_jacobian.positions().zip(&by_p);
-                    let own = entries.filter(|(at, _)| *at == (row, *parameter));
-                    own.map(|(_, value)| value).sum::<f64>() / by_d * p[*parameter].abs()
+                    let matching = entries.filter(|(position, _)| *position == (row, *parameter));
+                    matching.map(|(_, value)| value).sum::<f64>() / by_d * p[*parameter].abs()
                 });
                 values.push(by_own.unwrap_or(f64::NAN));
             }
@@ -400,16 +401,16 @@ impl Guessing<'_> {
         let candidate = Candidate::new(&effect, &[], false);
         let structure =
             base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
-        let own = |name: &str| {
+        let name_in_model = |name: &str| {
             let brought = structure.brought.first()?;
-            let found = brought.names.iter().find(|(own, _)| own == name);
-            found.map(|(_, name)| name.clone())
+            let entry = brought.names.iter().find(|(own, _)| own == name);
+            entry.map(|(_, name)| name.clone())
         };
         let names = (constants.terms.iter())
-            .map(|term| own(&term.name))
+            .map(|term| name_in_model(&term.name))
             .collect::<Option<Vec<String>>>()?;
         let inner: Vec<Option<String>> =
-            constants.terms.iter().map(|term| own(term.inner.as_ref()?)).collect();
+            constants.terms.iter().map(|term| name_in_model(term.inner.as_ref()?)).collect();
 
         let data = data.not_kept();
         let suggested = names.iter().cloned().zip(ranked.terms.iter().map(|(_, c)| *c));
@@ -453,10 +454,10 @@ impl Guessing<'_> {
             let (own, std_of_inner) = (estimate(name)?, of_inner.and_then(|inner| inner.std));
             terms.push(FittedTerm { shape, value: own.value, std: own.std, std_of_inner, unit });
         }
-        let all: Vec<(f64, &Unit, &Shape)> =
+        let coefficients: Vec<(f64, &Unit, &Shape)> =
             terms.iter().map(|term| (term.value, term.unit, &term.shape)).collect();
         let ranges = ranges(site, ranked, train);
-        let formula = formula(&all, &site.names);
+        let formula = formula(&coefficients, &site.names);
         let is_taken = |name: &str| self.model.parameters.iter().any(|p| p.declared.name == name);
         let constants = Constants::of_law(&terms, is_taken);
         Some(Guess {

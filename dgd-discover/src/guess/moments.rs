@@ -14,7 +14,7 @@ const BLOCKS: f64 = 600.0;
 pub(super) const FOLDS: usize = 10;
 /// Prior standard deviation of a parameter's error, relative to its size.
 const PARAMETER: f64 = 0.3;
-/// Error of a formula besides those of d, relative to its size.
+/// Error of a formula in addition to that of d, relative to its size.
 const FLOOR: f64 = 0.05;
 /// Minimum fraction of a column that the others must not explain.
 const DETERMINED: f64 = 1e-4;
@@ -66,9 +66,9 @@ impl Moments {
         for part in &mut parts {
             part.fill_lower_triangle_with_upper_triangle();
         }
-        let mut all = DMatrix::zeros(size, size);
+        let mut sum = DMatrix::zeros(size, size);
         for part in &parts {
-            all += part;
+            sum += part;
         }
         let mut of_held_out = DMatrix::zeros(size, size);
         for (weight, row) in held_out.iter().flat_map(|trace| blocks(trace, &shapes)) {
@@ -76,19 +76,22 @@ impl Moments {
         }
         of_held_out.fill_lower_triangle_with_upper_triangle();
         let held_out = (!held_out.is_empty()).then_some(of_held_out);
-        Moments { shapes, n_parameters, parts, train: all, held_out }
+        Moments { shapes, n_parameters, parts, train: sum, held_out }
     }
 
     /// Removes shapes that are collinear with an earlier one in all training recordings.
     pub(super) fn without_twins(self) -> Moments {
-        let at = |i: usize| self.n_parameters + 1 + i;
+        let column = |i: usize| self.n_parameters + 1 + i;
         let alike = |i: usize, j: usize| {
-            let product = self.train[(at(i), at(j))].abs();
-            product > ALIKE * (self.train[(at(i), at(i))] * self.train[(at(j), at(j))]).sqrt()
+            let product = self.train[(column(i), column(j))].abs();
+            product
+                > ALIKE
+                    * (self.train[(column(i), column(i))] * self.train[(column(j), column(j))])
+                        .sqrt()
         };
         let mut kept: Vec<usize> = Vec::new();
         for i in 0..self.shapes.len() {
-            if self.train[(at(i), at(i))] > 0.0 && !kept.iter().any(|j| alike(i, *j)) {
+            if self.train[(column(i), column(i))] > 0.0 && !kept.iter().any(|j| alike(i, *j)) {
                 kept.push(i);
             }
         }
@@ -226,17 +229,17 @@ pub(super) fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
     let square = value.iter().map(|d| d * d).sum::<f64>() / value.len() as f64;
     let floor = FLOOR * FLOOR * square;
     let size = parameters.len() + 1 + shapes.len() + 1;
-    let mut all: Vec<(f64, Vec<f64>)> = Vec::new();
+    let mut blocks: Vec<(f64, Vec<f64>)> = Vec::new();
     let mut k = 0;
     while k < times.len() {
         let until = times[k..].partition_point(|t| *t < times[k] + length).max(1) + k;
         let mut row = vec![0.0; size];
         let mut variance = 0.0;
         for sample in k..until {
-            let own = parameters.iter().map(|values| values[sample]);
-            let own = own.chain([1.0]);
+            let of_parameters = parameters.iter().map(|values| values[sample]);
+            let with_constant = of_parameters.chain([1.0]);
             let formed = shapes.iter().map(|shape| shape.value(|name| names[name][sample]));
-            for (sum, x) in row.iter_mut().zip(own.chain(formed).chain([value[sample]])) {
+            for (sum, x) in row.iter_mut().zip(with_constant.chain(formed).chain([value[sample]])) {
                 *sum += x;
             }
             variance += std[sample] * std[sample];
@@ -247,9 +250,9 @@ pub(super) fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
         }
         let weight = 1.0 / (variance / n + floor);
         if weight.is_finite() && row.iter().all(|x| x.is_finite()) {
-            all.push((weight, row));
+            blocks.push((weight, row));
         }
         k = until;
     }
-    all
+    blocks
 }

@@ -1,7 +1,7 @@
 //! Finds the formulas of a model's names that best resemble a missing input.
 //!
-//! The smoothed estimate d of what is missing is correlated over the time that it resolves, so means over blocks of
-//! that length are used instead of samples. Besides the formula, the parameters of the equation are free: the
+//! The smoothed estimate d of the missing term is correlated over the time that it resolves, so means over blocks of
+//! that length are used instead of samples. In addition to the formula, the parameters of the equation are free: the
 //! contribution of their errors to d,
 //!
 //! ```text
@@ -26,7 +26,7 @@
 //! Inner constants, such as that of a tanh, come from a short grid relative to the size of their quantity; a fit
 //! refines them.
 //!
-//! Unknowns respond to what is missing, so a formula of unknowns can resemble it for that reason alone. Inputs do not
+//! Unknowns respond to the missing term, so a formula of unknowns can resemble it for that reason alone. Inputs do not
 //! respond. So the best formulas of inputs alone are returned alongside the best of all; this regression cannot decide
 //! between them.
 //!
@@ -47,8 +47,8 @@ pub(crate) struct Ranked {
     pub terms: Vec<(Shape, f64)>,
     /// R² in validation recordings or, if there are none, in blocks left out.
     pub r2: f64,
-    /// Penalty for complexity and number of terms: the decrease of the logarithm of the mean square error that they have
-    /// to be worth.
+    /// Penalty for complexity and number of terms: the decrease of the logarithm of the mean square error that
+    /// justifies them.
     pub cost: f64,
 }
 
@@ -71,12 +71,12 @@ const DRAWINGS: usize = 50;
 const DRAWN_FROM: usize = 30;
 const FREQUENT: usize = 5;
 
-/// A formula that was found otherwise.
+/// Ranks a formula that was found elsewhere.
 pub(crate) fn given(train: &[Trace], held_out: &[Trace], terms: &[(Shape, f64)]) -> Ranked {
     let shapes: Vec<Shape> = terms.iter().map(|(shape, _)| shape.clone()).collect();
-    let all: Vec<usize> = (0..shapes.len()).collect();
-    let own = Moments::new(train, held_out, shapes).held_out(&all);
-    Ranked { terms: terms.to_vec(), r2: own.map_or(f64::NAN, |(_, r2)| r2), cost: 0.0 }
+    let indices: Vec<usize> = (0..shapes.len()).collect();
+    let held_out_fit = Moments::new(train, held_out, shapes).held_out(&indices);
+    Ranked { terms: terms.to_vec(), r2: held_out_fit.map_or(f64::NAN, |(_, r2)| r2), cost: 0.0 }
 }
 
 /// Formulas of at most two terms: the best of all names, then the best of inputs alone.
@@ -91,10 +91,10 @@ pub(crate) fn ranked(
     [inputs, names]: [usize; 2],
     is_preferred: &dyn Fn(&Shape) -> bool,
 ) -> Vec<Ranked> {
-    let all: Vec<&Trace> = train.iter().chain(held_out).collect();
+    let traces: Vec<&Trace> = train.iter().chain(held_out).collect();
     let is_defined = |shape: &Shape| {
         shape.forms().all(|(name, form)| {
-            let mut of_traces = all.iter().map(|trace| trace.names[name].iter().copied());
+            let mut of_traces = traces.iter().map(|trace| trace.names[name].iter().copied());
             of_traces.all(|values| form.domain.holds(values))
         })
     };
@@ -114,8 +114,9 @@ pub(crate) fn ranked(
     let singles = Moments::new(train, held_out, shapes.clone());
     let mut by_name: Vec<(f64, usize)> = (0..names)
         .filter_map(|name| {
-            let own = (0..shapes.len()).filter(|i| shapes[*i].factors.iter().any(|f| f.0 == name));
-            let left = own.filter_map(|i| singles.left_out(&[i])).min_by(f64::total_cmp)?;
+            let with_name =
+                (0..shapes.len()).filter(|i| shapes[*i].factors.iter().any(|f| f.0 == name));
+            let left = with_name.filter_map(|i| singles.left_out(&[i])).min_by(f64::total_cmp)?;
             Some((left, name))
         })
         .collect();
@@ -172,28 +173,28 @@ pub(crate) fn ranked(
     let is_of_inputs = |chosen: &Vec<usize>| {
         chosen.iter().all(|i| moments.shapes[*i].factors.iter().all(|(name, _)| *name < inputs))
     };
-    let told = |chosen: &Vec<usize>| {
+    let to_ranked = |chosen: &Vec<usize>| {
         let (coefficients, r2) = moments.held_out(chosen)?;
         let shapes = chosen.iter().map(|i| moments.shapes[*i].clone());
         let terms = shapes.zip(coefficients).collect();
         let ranked = Ranked { terms, r2, cost: cost(chosen) };
         (r2 >= DECENT).then_some(ranked)
     };
-    let all = scored.iter().map(|(_, chosen)| chosen);
-    let best = all.clone().take(LOOKED_AT).filter_map(told).take(TOLD);
+    let sets = scored.iter().map(|(_, chosen)| chosen);
+    let best = sets.clone().take(LOOKED_AT).filter_map(to_ranked).take(TOLD);
     let drawn = first_in_drawings(&moments, &scored, &price);
-    let drawn = drawn.iter().filter_map(told).take(TOLD);
-    let of_inputs = all.filter(|chosen| is_of_inputs(chosen)).take(LOOKED_AT);
-    let of_inputs = of_inputs.filter_map(told).take(TOLD);
-    let mut told: Vec<Ranked> = best.chain(drawn).chain(of_inputs).collect();
-    let mut seen: Vec<Vec<Shape>> = Vec::new();
-    told.retain(|ranked| {
+    let drawn = drawn.iter().filter_map(to_ranked).take(TOLD);
+    let of_inputs = sets.filter(|chosen| is_of_inputs(chosen)).take(LOOKED_AT);
+    let of_inputs = of_inputs.filter_map(to_ranked).take(TOLD);
+    let mut formulas: Vec<Ranked> = best.chain(drawn).chain(of_inputs).collect();
+    let mut earlier: Vec<Vec<Shape>> = Vec::new();
+    formulas.retain(|ranked| {
         let shapes: Vec<Shape> = ranked.terms.iter().map(|(shape, _)| shape.clone()).collect();
-        let is_new = !seen.contains(&shapes);
-        seen.push(shapes);
+        let is_new = !earlier.contains(&shapes);
+        earlier.push(shapes);
         is_new
     });
-    told
+    formulas
 }
 
 /// The best formulas that often come first when parts of the training recordings are resampled, the most frequent
@@ -215,7 +216,7 @@ fn first_in_drawings(
     let positions = |(_, chosen): &&(f64, Vec<usize>)| -> Vec<usize> {
         chosen.iter().filter_map(|i| shapes.binary_search(i).ok()).collect()
     };
-    let at: Vec<Vec<usize>> = best.iter().map(positions).collect();
+    let columns: Vec<Vec<usize>> = best.iter().map(positions).collect();
     let size = of_best.train.nrows();
     let mut random = Pcg64::new(0, 0);
     let mut first = vec![0; best.len()];
@@ -233,10 +234,11 @@ fn first_in_drawings(
             }
         }
         let Some(all) = of_best.around_a_constant(&undrawn) else { continue };
-        let prices = best.iter().zip(&at).enumerate().filter_map(|(k, ((_, chosen), at))| {
-            let left = of_best.square_of(&undrawn, &drawn, at)? / all;
-            Some((price(left, chosen), k))
-        });
+        let prices =
+            best.iter().zip(&columns).enumerate().filter_map(|(k, ((_, chosen), columns))| {
+                let left = of_best.square_of(&undrawn, &drawn, columns)? / all;
+                Some((price(left, chosen), k))
+            });
         if let Some((_, k)) = prices.min_by(|a, b| a.0.total_cmp(&b.0)) {
             first[k] += 1;
         }
@@ -256,7 +258,7 @@ mod tests {
 
     const SAMPLES: usize = 900;
 
-    /// What is missing, as a function of the names.
+    /// The missing term as a function of the names.
     type Missing = fn(&[f64]) -> f64;
 
     /// Steps of random height every `length` samples.

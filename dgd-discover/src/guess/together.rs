@@ -45,7 +45,7 @@ const IN_A_RANK: usize = 4;
 /// Relative increase of the residual up to which a monotone curve is preferred.
 const NEARLY_AS_GOOD: f64 = 0.1;
 
-/// A block or a point of a curve: its weight, the quantity and what is missing.
+/// A block or a point of a curve: its weight, the quantity and the missing term.
 #[derive(Debug, Clone, Copy)]
 struct Point {
     weight: f64,
@@ -59,7 +59,7 @@ struct Split {
     predicted: Vec<Point>,
 }
 
-/// Blocks of a recording: all names, and what is missing.
+/// Blocks of a recording: all names and the missing term.
 struct Blocks {
     /// Number of columns before the names.
     skipped: usize,
@@ -76,21 +76,22 @@ pub(crate) fn together(train: &[Trace], held_out: &[Trace], names: &[Factor]) ->
     let train: Vec<Blocks> = train.iter().map(of_trace).collect();
     let held_out: Vec<Blocks> = held_out.iter().map(of_trace).collect();
     let is_of_recordings = !held_out.is_empty() || train.len() > 1;
-    let mut all: Vec<Together> = (names.iter().enumerate())
+    let mut candidates: Vec<Together> = (names.iter().enumerate())
         .filter_map(|(i, factor)| {
-            let of = |all: &[Blocks]| all.iter().map(|blocks| blocks.over(i)).collect::<Vec<_>>();
-            let (course, r2) = course(&splits(of(&train), &of(&held_out)))?;
+            let points =
+                |all: &[Blocks]| all.iter().map(|blocks| blocks.over(i)).collect::<Vec<_>>();
+            let (course, r2) = course(&splits(points(&train), &points(&held_out)))?;
             let quantity = factor.name.clone();
             (r2 >= DECENT).then_some(Together { quantity, course, r2, is_of_recordings })
         })
         .collect();
-    all.sort_by(|a, b| b.r2.total_cmp(&a.r2));
-    all.truncate(TOLD);
-    all
+    candidates.sort_by(|a, b| b.r2.total_cmp(&a.r2));
+    candidates.truncate(TOLD);
+    candidates
 }
 
 impl Blocks {
-    /// What is missing, against one of the names.
+    /// The missing term against one of the names.
     fn over(&self, name: usize) -> Vec<Point> {
         let point = |(weight, row): &(f64, Vec<f64>)| Point {
             weight: *weight,
@@ -117,7 +118,7 @@ fn splits(train: Vec<Vec<Point>>, held_out: &[Vec<Point>]) -> Vec<Split> {
     (0..parts.len()).map(|k| Split { learnt: others(k), predicted: parts[k].clone() }).collect()
 }
 
-/// The course of what is missing over a quantity, and its R²; `None` if there is too little data.
+/// The course of the missing term over a quantity, and its R²; `None` if there is too little data.
 fn course(splits: &[Split]) -> Option<(Course, f64)> {
     let (mut around_mean, mut left) = (0.0, [0.0; 3]);
     for Split { learnt, predicted } in splits {
@@ -152,19 +153,19 @@ fn means(blocks: &[Point]) -> Option<Vec<Point>> {
         return None;
     }
     let of_rank = |k: usize| {
-        let own = &sorted[k * sorted.len() / ranks..(k + 1) * sorted.len() / ranks];
-        own.iter().copied().reduce(pooled)
+        let members = &sorted[k * sorted.len() / ranks..(k + 1) * sorted.len() / ranks];
+        members.iter().copied().reduce(pooled)
     };
-    let mut all: Vec<Point> = (0..ranks).filter_map(of_rank).collect();
+    let mut points: Vec<Point> = (0..ranks).filter_map(of_rank).collect();
     // A constant quantity fills several ranks with one value.
-    all.dedup_by(|next, before| {
+    points.dedup_by(|next, before| {
         let is_same = next.x <= before.x;
         if is_same {
             *before = pooled(*before, *next);
         }
         is_same
     });
-    (all.len() > 1).then_some(all)
+    (points.len() > 1).then_some(points)
 }
 
 fn pooled(a: Point, b: Point) -> Point {
@@ -177,12 +178,13 @@ fn pooled(a: Point, b: Point) -> Point {
 fn monotone(means: &[Point], sign: f64) -> Vec<Point> {
     let mut levels: Vec<(Point, usize)> = Vec::new();
     for mean in means {
-        let mut own = (*mean, 1);
-        while let Some((before, n)) = levels.pop_if(|(before, _)| sign * before.d > sign * own.0.d)
+        let mut level = (*mean, 1);
+        while let Some((before, n)) =
+            levels.pop_if(|(before, _)| sign * before.d > sign * level.0.d)
         {
-            own = (pooled(before, own.0), n + own.1);
+            level = (pooled(before, level.0), n + level.1);
         }
-        levels.push(own);
+        levels.push(level);
     }
     let values = levels.iter().flat_map(|(level, n)| std::iter::repeat_n(level.d, *n));
     means.iter().zip(values).map(|(mean, d)| Point { d, ..*mean }).collect()
@@ -211,7 +213,7 @@ mod tests {
 
     const SAMPLES: usize = 400;
 
-    /// What is missing, as a function of a quantity.
+    /// The missing term as a function of a quantity.
     type Missing = fn(f64) -> f64;
 
     /// A trace that is a function of `x`, and an unrelated quantity `y`.

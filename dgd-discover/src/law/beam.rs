@@ -8,12 +8,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use dgd_runtime::parallel::in_parallel_stateless;
 use nalgebra::{DMatrix, DVector};
 
-/// Number of sets that are grown, and of those that each of them hands on.
+/// Number of sets of each size that are kept and grown.
 const BEAM: usize = 12;
 /// Minimum fraction of a column that the others must not explain.
 const DETERMINED: f64 = 1e-5;
 
-/// Residuals and columns at one intensity of what else is missing.
+/// Residuals and columns, whitened at one intensity of everything else that is missing.
 pub(super) struct Level {
     pub(super) residuals: Vec<f64>,
     pub(super) columns: Vec<Vec<f64>>,
@@ -64,14 +64,14 @@ fn normalised(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Option<Vec<f64>> {
 }
 
 impl Level {
-    /// Leaves only some of its columns.
+    /// Keeps only these columns.
     pub(super) fn keep(&mut self, kept: &[usize]) {
         self.columns = kept.iter().map(|i| std::mem::take(&mut self.columns[*i])).collect();
     }
 
     /// The sets of up to `most` columns that leave least, of each size.
     pub(super) fn search(&self, most: usize, price: &[f64], threads: usize) -> Vec<Set> {
-        let mut all: Vec<Set> = Vec::new();
+        let mut sets: Vec<Set> = Vec::new();
         let mut products = Products::new(self, threads);
         let cost = |set: &Set| set.left + 2.0 * set.columns.iter().map(|i| price[*i]).sum::<f64>();
         let mut frontier = vec![Set { columns: Vec::new(), left: 0.0 }];
@@ -86,26 +86,27 @@ impl Level {
             });
             next.dedup_by(|a, b| a.columns == b.columns);
             next.truncate(BEAM);
-            all.extend(next.iter().cloned());
+            sets.extend(next.iter().cloned());
             frontier = next;
         }
-        all
+        sets
     }
 
     /// Coefficients of a set of columns, and the sum of squares that it leaves; `None` if they are not determined.
     pub(super) fn fit(&self, columns: &[usize]) -> Option<(Vec<f64>, f64)> {
-        let all: Vec<&Vec<f64>> =
+        let used: Vec<&Vec<f64>> =
             columns.iter().map(|i| &self.columns[*i]).chain(&self.always).collect();
-        let scales: Vec<f64> = all.iter().map(|column| dot(column, column).sqrt()).collect();
-        let n = all.len();
+        let scales: Vec<f64> = used.iter().map(|column| dot(column, column).sqrt()).collect();
+        let n = used.len();
         let scale = |i: usize| if scales[i] > 0.0 { scales[i] } else { 1.0 };
-        let mut matrix = DMatrix::from_fn(n, n, |i, j| dot(all[i], all[j]) / (scale(i) * scale(j)));
+        let mut matrix =
+            DMatrix::from_fn(n, n, |i, j| dot(used[i], used[j]) / (scale(i) * scale(j)));
         for (i, size) in scales.iter().enumerate() {
             if *size == 0.0 {
                 matrix[(i, i)] = 1.0;
             }
         }
-        let right = DVector::from_fn(n, |i, _| dot(all[i], &self.residuals) / scale(i));
+        let right = DVector::from_fn(n, |i, _| dot(used[i], &self.residuals) / scale(i));
         let solution = matrix.cholesky()?.solve(&right);
         let left = dot(&self.residuals, &self.residuals) - solution.dot(&right);
         let coefficients = (0..columns.len()).map(|i| solution[i] / scale(i)).collect();
@@ -113,19 +114,20 @@ impl Level {
     }
 }
 
-/// Products of the columns, of which those that are always in the set have taken their part.
+/// Products of the columns, after those that are always in the set have been projected out.
 ///
-/// A set then needs no pass over the readings: with G the products within it, g those of a further column with it and r
-/// those with the residuals, the column has left g₀ − gᵀ G⁻¹ g of its square and takes (r₀ − gᵀ G⁻¹ r)² over that.
+/// Adding a column to a set then needs no pass over the readings: with G the products within the set, g those of the
+/// column with it, g₀ the square of the column, and r and r₀ the products of both with the residuals, the column
+/// reduces the sum of squares by (r₀ − gᵀ G⁻¹ r)²/(g₀ − gᵀ G⁻¹ g).
 struct Products {
     columns: Vec<Vec<f64>>,
-    /// Squares as they were, and as they are.
+    /// Squares of the columns before and after the projection.
     whole: Vec<f64>,
     squares: Vec<f64>,
-    /// With the residuals, and the square of these.
+    /// Products with the residuals, and the square of these.
     residuals: Vec<f64>,
     left: f64,
-    /// Of the columns of sets with all columns.
+    /// Products of each column that is in a set with all columns.
     rows: BTreeMap<usize, Vec<f64>>,
 }
 
@@ -161,13 +163,13 @@ impl Products {
         let new: BTreeSet<usize> = columns.filter(|i| !self.rows.contains_key(i)).collect();
         let new: Vec<usize> = new.into_iter().collect();
         let rows = in_parallel_stateless(new.len(), threads, |k| {
-            let own = &self.columns[new[k]];
-            self.columns.iter().map(|column| dot(own, column)).collect::<Vec<f64>>()
+            let new_column = &self.columns[new[k]];
+            self.columns.iter().map(|column| dot(new_column, column)).collect::<Vec<f64>>()
         });
         self.rows.extend(new.into_iter().zip(rows));
     }
 
-    /// A set with each other column.
+    /// The set with each other column.
     fn grown(&self, set: &[usize]) -> Vec<Set> {
         let n = set.len();
         let rows: Vec<&Vec<f64>> = set.iter().filter_map(|i| self.rows.get(i)).collect();
@@ -184,10 +186,10 @@ impl Products {
             if set.contains(&i) {
                 return None;
             }
-            let own = of_set(&|a| rows[a][i]);
-            let square = self.squares[i] - own.dot(&matrix.solve(&own));
+            let products = of_set(&|a| rows[a][i]);
+            let square = self.squares[i] - products.dot(&matrix.solve(&products));
             (square > DETERMINED * self.whole[i]).then(|| {
-                let gain = self.residuals[i] - own.dot(&solution);
+                let gain = self.residuals[i] - products.dot(&solution);
                 let mut columns = set.to_vec();
                 columns.push(i);
                 columns.sort_unstable();

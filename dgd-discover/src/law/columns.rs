@@ -11,12 +11,12 @@ use crate::guess::Shape;
 
 /// Largest number of terms.
 pub(super) const MOST_TERMS: usize = 4;
-/// Fractions of the walks' intensities at which columns are whitened: with all of it, terms that a set lacks do no harm;
-/// with next to nothing, only the whole law fits.
+/// Fractions of the walks' intensities at which columns are whitened: with all of it, terms that a set lacks do no
+/// harm; with next to nothing, only the whole law fits.
 const SHARES: [f64; 3] = [1.0, 1e-3, 1e-7];
 /// Largest number of columns times readings, which are in memory at once.
 const MOST_NUMBERS: usize = 20_000_000;
-/// Number of samples that a term has to be due to, as for the time before and after an onset.
+/// Minimum effective number of samples at which a term acts, as for the time before and after an onset.
 const FEWEST: f64 = 8.0;
 /// Difference of −2 ln of likelihoods below which two drafts are twins.
 const TWINS: f64 = 0.5;
@@ -27,7 +27,7 @@ const ALIKE: f64 = 0.9;
 /// Relative difference below which two columns are the same.
 const SAME: f64 = 1e-9;
 
-/// Terms in an equation each, with coefficients.
+/// Terms with their equations and coefficients.
 #[derive(Debug, Clone)]
 pub(super) struct Draft {
     /// The place, the term and its coefficient.
@@ -55,16 +55,16 @@ impl Draft {
         (self.left - other.left).abs() < TWINS && places(self) == places(other)
     }
 
-    /// The drafts that lack one of its terms, or have a plainer one in its place, with the coefficient that comes closest
-    /// to it: a factor may make up for its mean, and a bend outside the recorded range for a straight line.
+    /// The drafts that lack one of its terms, or have a plainer one in its place, with the coefficient that comes
+    /// closest to it: a factor may make up for its mean, and a bend outside the recorded range for a straight line.
     pub(super) fn simpler(&self, sighting: &Sighting) -> Vec<Draft> {
         let values = sighting.all_values();
-        let mut all = Vec::new();
+        let mut drafts = Vec::new();
         for (i, (place, shape, coefficient)) in self.terms.iter().enumerate() {
             if self.terms.len() > 1 {
                 let mut less = self.clone();
                 less.terms.remove(i);
-                all.push(less);
+                drafts.push(less);
             }
             let whole = sighting.formed(shape).concat();
             let simpler = |simpler: Shape| {
@@ -78,19 +78,19 @@ impl Draft {
                 (share != 0.0 && share.is_finite()).then_some((explained, less))
             };
             let without = (0..shape.factors.len()).filter_map(|k| shape.without(k));
-            all.extend(without.filter_map(simpler).map(|(_, less)| less));
+            drafts.extend(without.filter_map(simpler).map(|(_, less)| less));
             let plainer = shape.plainer().into_iter();
             let plainer = plainer.filter(|one| terms::is_defined(one, &sighting.names, &values));
             let mut plainer: Vec<(f64, Draft)> = plainer.filter_map(simpler).collect();
             plainer.retain(|(explained, _)| *explained > ALIKE);
             plainer.sort_by(|a, b| b.0.total_cmp(&a.0));
-            all.extend(plainer.into_iter().take(PLAINER).map(|(_, less)| less));
+            drafts.extend(plainer.into_iter().take(PLAINER).map(|(_, less)| less));
         }
-        all
+        drafts
     }
 }
 
-/// One course along another.
+/// The projection of one course on another.
 struct Along {
     /// The factor of the other that comes closest.
     share: f64,
@@ -119,17 +119,17 @@ pub(super) fn drafts(sighting: &Sighting, vocabulary: Vocabulary, threads: usize
     let mut kept: Option<Vec<usize>> = None;
     let mut sets: Vec<Vec<usize>> = Vec::new();
     for share in SHARES {
-        let all: Vec<usize> = kept.clone().unwrap_or_else(|| (0..columns.len()).collect());
-        let mut level = level(sighting, &columns, &all, share, threads);
-        let own = kept.get_or_insert_with(|| {
+        let candidates: Vec<usize> = kept.clone().unwrap_or_else(|| (0..columns.len()).collect());
+        let mut level = level(sighting, &columns, &candidates, share, threads);
+        let distinct = kept.get_or_insert_with(|| {
             let distinct = distinct(&columns, &level.columns);
             level.keep(&distinct);
             distinct
         });
-        let price: Vec<f64> = own.iter().map(|i| columns[*i].price).collect();
-        let found = level.search(MOST_TERMS, &price, threads);
-        let positions = |Set { columns, .. }: Set| columns.iter().map(|i| own[*i]).collect();
-        sets.extend(found.into_iter().map(positions));
+        let price: Vec<f64> = distinct.iter().map(|i| columns[*i].price).collect();
+        let best_sets = level.search(MOST_TERMS, &price, threads);
+        let positions = |Set { columns, .. }: Set| columns.iter().map(|i| distinct[*i]).collect();
+        sets.extend(best_sets.into_iter().map(positions));
     }
     sets.sort();
     sets.dedup();
@@ -144,10 +144,10 @@ pub(super) fn drafts(sighting: &Sighting, vocabulary: Vocabulary, threads: usize
             let (coefficients, left) = level.fit(&places)?;
             Some((left + level.log_determinant, coefficients))
         };
-        let all = levels.iter().enumerate();
-        let all = all.filter_map(|(k, level)| Some((k, of_level(level)?)));
-        let (level, (left, coefficients)) = all.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0))?;
-        // Beside a law, less is missing than without it.
+        let numbered_levels = levels.iter().enumerate();
+        let fits = numbered_levels.filter_map(|(k, level)| Some((k, of_level(level)?)));
+        let (level, (left, coefficients)) = fits.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0))?;
+        // With a law in the model, less is missing than without it.
         if level == 0 {
             return None;
         }
@@ -172,21 +172,21 @@ fn columns(sighting: &Sighting, vocabulary: Vocabulary) -> Vec<Column> {
     shapes.extend(products);
     let number = (shapes.len() * sighting.places.len()) as f64;
     let readings = (sighting.readings() as f64).ln();
-    let mut all = Vec::new();
+    let mut columns = Vec::new();
     for place in &sighting.places {
         for shape in &shapes {
             let constants = if shape.inner.is_some() { 2.0 } else { 1.0 };
             let price = 0.5 * constants * readings + number.ln() + f64::from(shape.complexity());
-            all.push(Column { place: *place, shape: shape.clone(), price });
+            columns.push(Column { place: *place, shape: shape.clone(), price });
         }
     }
-    // Of a model of many equations, the plainest terms.
-    all.sort_by(|a, b| a.price.total_cmp(&b.price));
-    all.truncate(MOST_NUMBERS / sighting.readings().max(1));
-    all
+    // A model of many equations keeps only the plainest terms.
+    columns.sort_by(|a, b| a.price.total_cmp(&b.price));
+    columns.truncate(MOST_NUMBERS / sighting.readings().max(1));
+    columns
 }
 
-/// The names, and the differences, that products have: those that explain most by themselves.
+/// The names and differences that enter products: those that explain most on their own.
 fn in_products(sighting: &Sighting, single: &[Shape]) -> Vec<usize> {
     let names = &sighting.names;
     let (differences, mut all): (Vec<usize>, Vec<usize>) = (0..names.len())
@@ -203,9 +203,9 @@ fn in_products(sighting: &Sighting, single: &[Shape]) -> Vec<usize> {
         .collect();
     let level = level(sighting, &columns, &(0..columns.len()).collect::<Vec<_>>(), 1.0, 1);
     let left = |name: usize| {
-        let own =
+        let with_name =
             (0..columns.len()).filter(|i| columns[*i].shape.factors.iter().any(|f| f.0 == name));
-        let left = own.filter_map(|i| Some(level.fit(&[i])?.1));
+        let left = with_name.filter_map(|i| Some(level.fit(&[i])?.1));
         left.fold(f64::INFINITY, f64::min)
     };
     let best = |of: &[usize], most: usize| -> Vec<usize> {
@@ -219,7 +219,7 @@ fn in_products(sighting: &Sighting, single: &[Shape]) -> Vec<usize> {
     all
 }
 
-/// Whether a term is finite and not due to a few samples: (Σ x²)²/Σ x⁴.
+/// Whether a term is finite and acts at more than a few samples: (Σ x²)²/Σ x⁴.
 fn is_of_many(formed: &[Vec<f64>]) -> bool {
     let largest = formed.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     let power = |n: i32| formed.iter().flatten().map(|x| (x / largest).powi(n)).sum::<f64>();
@@ -263,7 +263,7 @@ fn level(
     };
     let always =
         free.iter().enumerate().map(|(i, free)| with_priors(of_free(free), Some(i))).collect();
-    let all = in_parallel_stateless(chosen.len(), threads, |k| {
+    let whitened = in_parallel_stateless(chosen.len(), threads, |k| {
         let column = &columns[chosen[k]];
         let shape = &column.shape;
         let (at, between) = (sighting.formed(shape), sighting.formed_between(shape));
@@ -271,7 +271,7 @@ fn level(
     });
     Level {
         residuals: with_priors(residuals, None),
-        columns: all,
+        columns: whitened,
         always,
         log_determinant: whitenings.iter().map(|with| with.log_determinant).sum(),
     }

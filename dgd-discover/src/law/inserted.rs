@@ -18,8 +18,8 @@ use crate::guess::{
 use crate::library::{Candidate, Structure, StructureId, Values};
 use crate::missing_input::Place;
 
-/// Maximum number of simulations of a fit that begins, and of one that is finished. Where states are not read, a fit
-/// turns along valleys, and how far it comes at first says nothing of where it ends.
+/// Maximum number of simulations of a fit that begins, and of one that is finished. If states are not read, a fit turns
+/// along valleys, and its first steps do not predict where it ends.
 const BEGINNING: usize = 15;
 pub(super) const EVALUATIONS: usize = 60;
 
@@ -107,8 +107,7 @@ impl Laws<'_> {
         Some(Inserted { written, names, fitted: after, sources, ranges })
     }
 
-    /// A structure fitted to one recording, which gives the coefficients with which start values of the others are found,
-    /// and then to all.
+    /// Fits a structure to one recording, whose coefficients serve to find start values of the others, and then to all.
     fn begun_alone(
         &self,
         structure: Structure,
@@ -122,22 +121,22 @@ impl Laws<'_> {
             .filter(|(other, _)| *other != r)
             .map(|(_, recording)| recording.clone())
             .collect();
-        let mut own = Data {
+        let mut data_alone = Data {
             train: &data.train[r..=r],
             valid: &others,
             counts_from: Vec::new(),
             ..data.clone()
         };
         let from = Values { starts: starts.to_vec(), ..fitted.values.clone() };
-        let alone = Fitted::new(structure, &from, &[point], &own, EVALUATIONS).ok()?;
+        let alone = Fitted::new(structure, &from, &[point], &data_alone, EVALUATIONS).ok()?;
         if alone.mean_square() > HOPEFUL {
             return None;
         }
-        own.counts_from = alone.counts_from(&own, EVALUATIONS);
-        let mut found = alone.held_out_starts(&own, EVALUATIONS)?;
+        data_alone.counts_from = alone.counts_from(&data_alone, EVALUATIONS);
+        let mut all_starts = alone.held_out_starts(&data_alone, EVALUATIONS)?;
         let system = &alone.structure.system;
-        found.insert(r, alone.values.starts(system, 0));
-        let from = Values::of(system, &alone.p, &found);
+        all_starts.insert(r, alone.values.starts(system, 0));
+        let from = Values::of(system, &alone.p, &all_starts);
         let points = [StartPoint::default()];
         Fitted::new(alone.structure.clone(), &from, &points, &data, EVALUATIONS).ok()
     }
@@ -147,7 +146,7 @@ impl Laws<'_> {
         let taken = &self.fitted.structure.system.signature().parameters;
         let mut free = (1..).map(|i| format!("law_{i}"));
         let mut free = free.by_ref().filter(|name| !taken.iter().any(|p| *p.name == **name));
-        let mut all = Vec::new();
+        let mut terms = Vec::new();
         for (place, shape, value) in &draft.terms {
             let place = &places[*place];
             let whole = parse_unit(&place.unit).ok()?.dimension;
@@ -158,9 +157,9 @@ impl Laws<'_> {
                 Some(Constant { name: free.next()?, unit: unit.clone(), value })
             });
             let (place, shape) = (place.clone(), shape.clone());
-            all.push(Written { place, shape, coefficient, inner });
+            terms.push(Written { place, shape, coefficient, inner });
         }
-        Some(all)
+        Some(terms)
     }
 }
 
@@ -213,18 +212,19 @@ impl Inserted {
         let parameter = |constant: &Constant| {
             let Constant { name, unit, value } = constant;
             let value = fitted.values.p.get(name).copied().unwrap_or(*value);
-            let own = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == *name);
+            let estimate =
+                fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == *name);
             LawParameter {
                 name: name.clone(),
                 value,
-                std: own.and_then(|e| e.std),
+                std: estimate.and_then(|e| e.std),
                 unit: plain(unit),
             }
         };
         let term = |own: &Written| {
             let Written { place, shape, coefficient, inner } = own;
-            let all = std::iter::once(coefficient).chain(inner);
-            let coefficients: Vec<LawParameter> = all.map(parameter).collect();
+            let constants = std::iter::once(coefficient).chain(inner);
+            let coefficients: Vec<LawParameter> = constants.map(parameter).collect();
             let inner = coefficients.get(1).map(|inner| inner.value);
             let shape = Shape { inner, ..shape.clone() };
             let formula =
@@ -241,8 +241,8 @@ impl Inserted {
             let inner = term.coefficients.get(1).map(|inner| inner.value);
             (Shape { inner, ..own.shape.clone() }, term.coefficients[0].value)
         };
-        let all = self.written.iter().all(|own| own.place == *place);
-        all.then(|| self.written.iter().zip(&terms).map(shape).collect())
+        let is_only_there = self.written.iter().all(|own| own.place == *place);
+        is_only_there.then(|| self.written.iter().zip(&terms).map(shape).collect())
     }
 
     /// The equations that it changes.
@@ -253,9 +253,9 @@ impl Inserted {
     /// The terms with their equations, code between backticks.
     pub(super) fn formula(&self) -> String {
         let terms = self.terms(&self.fitted).into_iter();
-        let all: Vec<String> =
+        let texts: Vec<String> =
             terms.map(|term| format!("`{}` in `{}`", term.formula, term.target)).collect();
-        all.join(" and ")
+        texts.join(" and ")
     }
 }
 

@@ -9,10 +9,10 @@ use crate::search::Search;
 
 /// Laws whose costs differ by less are rivals.
 const RIVAL: f64 = VERY_STRONG;
-/// A law replaces templates of the plant that explain the recordings if its cost is lower by this: as much as is asked of
-/// a further effect.
+/// A law replaces templates of the plant that explain the recordings if its cost is lower by this: the threshold of a
+/// further effect.
 const BETTER: f64 = 3.0 * VERY_STRONG;
-/// Fraction of the mean square of the residuals that a less plain law has to explain: noise is not known better.
+/// Fraction of the mean square of the residuals that a less plain law has to explain: the noise is not known better.
 const RESOLVED: f64 = 0.01;
 /// Least size of a coefficient, in standard deviations.
 const SIGNIFICANT: f64 = 4.0;
@@ -26,7 +26,7 @@ const NEAR: usize = 5;
 /// Templates that were named.
 pub(crate) struct Named<'a> {
     pub(crate) fitted: &'a Fitted,
-    /// What they change.
+    /// Equations and names that they change.
     pub(crate) targets: BTreeSet<String>,
     /// Their number.
     pub(crate) effects: usize,
@@ -37,8 +37,8 @@ pub(crate) struct Named<'a> {
 }
 
 impl Named<'_> {
-    /// Whether a law of a model with these equations may be a better answer or a rival, see [`answer`]. Where only noise
-    /// is left, a law is not better by much.
+    /// Whether a law of a model with these equations may be a better answer or a rival, see [`answer`]. If only noise
+    /// is left, a law cannot be much better.
     pub(super) fn is_open(&self, equations: &[&str], is_hidden: bool) -> bool {
         let may_tie = self.are_sensors || self.effects > 1;
         !self.is_noise || may_tie || (is_hidden && self.are_terms(equations))
@@ -57,7 +57,7 @@ impl Named<'_> {
 }
 
 impl Laws<'_> {
-    /// Those that leave only noise, the best first.
+    /// The laws that leave only noise, the best first.
     pub(super) fn leaving_noise(&self, mut all: Vec<Inserted>, search: &Search<'_>) -> Explaining {
         all.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         all.retain(|one| one.is_significant() && search.fits(&one.fitted));
@@ -87,11 +87,11 @@ impl Laws<'_> {
     }
 }
 
-/// The answer, from laws that explain the recordings, the best first, for a model with these equations. `is_hidden` says
-/// that there are more of them than outputs, so that one may take the place of another.
+/// The answer, from laws that explain the recordings, the best first, for a model with these equations. `is_hidden`:
+/// there are more equations than outputs, so that one may replace another.
 ///
-/// Where all states are read, a plant cannot be distinguished from its sensor, and the plant comes first. Where they are
-/// not, a law that explains the recordings as a sensor does is a rival of it.
+/// If all states are read, a plant cannot be distinguished from its sensor, and the plant comes first. Otherwise a law
+/// that explains the recordings as well as a sensor does is a rival of it.
 pub(super) fn answer(
     laws: Vec<Inserted>,
     named: Option<&Named<'_>>,
@@ -121,10 +121,10 @@ pub(super) fn answer(
             law.cost() < cost + RIVAL
                 && law.targets().iter().any(|target| !named.targets.contains(*target))
         };
-        let all = || std::iter::once(&best).chain(&rest);
+        let laws = || std::iter::once(&best).chain(&rest);
         let may_be_elsewhere = is_hidden && (named.are_terms(equations) || named.are_sensors);
-        let is_doubted = may_be_elsewhere && all().any(is_elsewhere);
-        return if is_doubted { Answer::Doubt(rivals(all(), cost)) } else { Answer::Nothing };
+        let is_doubted = may_be_elsewhere && laws().any(is_elsewhere);
+        return if is_doubted { Answer::Doubt(rivals(laws(), cost)) } else { Answer::Nothing };
     }
     let is_rival = |other: &Inserted| {
         other.cost() - least < RIVAL && !best.targets().is_subset(&other.targets())
@@ -138,8 +138,8 @@ pub(super) fn answer(
     Answer::Law(Box::new(Law { inserted: best, near }))
 }
 
-/// Laws, the best first, with the plainest of those that the recordings hardly distinguish before the others of the same
-/// equations. Validation recordings count as well: the factor that a law has too much follows the training recordings.
+/// Laws, the best first; of those of the same equations that the recordings hardly distinguish, the plainest comes
+/// first. Validation recordings count as well, because a superfluous factor of a law follows the training recordings.
 fn plainest_first(laws: Vec<Inserted>, data: &Data<'_>) -> Vec<Inserted> {
     let squares = |law: &Inserted| law.fitted.error.0 + law.fitted.held_out_error(data);
     let with_squares = |law: Inserted| {
@@ -147,7 +147,7 @@ fn plainest_first(laws: Vec<Inserted>, data: &Data<'_>) -> Vec<Inserted> {
         (law.cost() - law.fitted.error.0 + squares, squares, law)
     };
     let mut left: Vec<(f64, f64, Inserted)> = laws.into_iter().map(with_squares).collect();
-    let mut all = Vec::new();
+    let mut ordered = Vec::new();
     while !left.is_empty() {
         let targets: BTreeSet<String> =
             left[0].2.targets().into_iter().map(ToOwned::to_owned).collect();
@@ -160,22 +160,22 @@ fn plainest_first(laws: Vec<Inserted>, data: &Data<'_>) -> Vec<Inserted> {
         let alike = own.iter().enumerate().filter(|(_, one)| alike(one));
         let plainest = alike.min_by_key(|(_, (_, _, law))| law.complexity());
         let plainest = plainest.map_or(0, |(position, _)| position);
-        all.push(own.remove(plainest).2);
-        all.extend(own.into_iter().map(|(_, _, law)| law));
+        ordered.push(own.remove(plainest).2);
+        ordered.extend(own.into_iter().map(|(_, _, law)| law));
         left = others;
     }
-    all
+    ordered
 }
 
 /// The best law in each set of equations, of those that explain the recordings as well as the best answer does.
 fn rivals<'a>(laws: impl Iterator<Item = &'a Inserted>, cost: f64) -> Vec<Inserted> {
-    let mut all: Vec<Inserted> = Vec::new();
+    let mut rivals: Vec<Inserted> = Vec::new();
     for law in laws.filter(|law| law.cost() < cost + RIVAL) {
-        if !all.iter().any(|better| better.targets().is_subset(&law.targets())) {
-            all.push(law.clone());
+        if !rivals.iter().any(|better| better.targets().is_subset(&law.targets())) {
+            rivals.push(law.clone());
         }
     }
-    all
+    rivals
 }
 
 impl Inserted {
@@ -184,7 +184,7 @@ impl Inserted {
         self.terms(&self.fitted).len() == self.targets().len()
     }
 
-    /// Whether it is not one of the many sums that follow any recording.
+    /// Whether it has few enough terms not to follow just any recording.
     pub(super) fn is_plain(&self) -> bool {
         self.terms(&self.fitted).len() <= PLAIN
     }

@@ -1,16 +1,15 @@
-//! Laws: terms that equations lack, looked for in all equations together.
+//! Laws: terms that equations lack, sought in all equations together.
 //!
 //! ```text
-//!   readings ─► states, and what each equation lacks, smoothed            (sighting)
+//!   readings ─► states and the missing terms, smoothed                    (sighting)
 //!     ─► the effect of each term in each equation on the readings         (columns, terms)
 //!     ─► the few terms that explain them                                  (beam)
 //!     ─► the model with each of the best sets, fitted by simulation       (inserted)
 //!     ─► the one that leaves only noise and has no rival                  (judged)
 //! ```
 //!
-//! Nothing before the fits simulates the model for longer than from one sample to the next, so that it may be far off
-//! or run away, and coefficients enter linearly, so that thousands of terms are compared within a second. The fits
-//! decide.
+//! Nothing before the fits simulates the model for longer than from one sample to the next, so it may be far off or run
+//! away; and coefficients enter linearly, so thousands of terms are compared within a second. The fits decide.
 
 mod beam;
 mod columns;
@@ -39,16 +38,16 @@ pub(crate) use judged::Named;
 use sighting::Sighting;
 use terms::Vocabulary;
 
-/// Number of sets of each size that are fitted by simulation; half as many each if places are looked at alone, too.
+/// Number of sets of each size that are fitted by simulation; half as many each if places are also examined alone.
 const OF_EACH_SIZE: [usize; MOST_TERMS] = [8, 4, 4, 4];
 
 /// Largest number of terms if some act in one regime only: with thresholds, more follow any recording.
 const MOST_IN_REGIMES: usize = 2;
 
-/// Number of training recordings that are looked at alone.
+/// Number of training recordings that are examined alone.
 const ALONE: usize = 2;
 
-/// Number of the best fitted laws of which simpler forms are tried.
+/// Number of the best fitted laws for which simpler forms are tried.
 const SIMPLIFIED: usize = 2;
 
 /// Fits that leave this many times as much as the best one, or as noise, after a few simulations are not finished.
@@ -65,7 +64,7 @@ pub(crate) struct Laws<'a> {
     pub(crate) threads: usize,
 }
 
-/// A set of terms to be fitted, with the recordings that it was seen in.
+/// A set of terms to be fitted, with the sighting that suggests it.
 #[derive(Clone)]
 struct Proposed {
     draft: Draft,
@@ -76,9 +75,9 @@ struct Proposed {
 /// Where the fit of a proposed set begins.
 #[derive(Debug, Clone, Copy)]
 enum Begin {
-    /// At the states that were seen in all recordings.
+    /// At the states of the sighting in all recordings.
     All,
-    /// At those of one recording; the others follow.
+    /// At those of one recording; the start values of the others follow from its fit.
     Alone(usize),
 }
 
@@ -93,7 +92,7 @@ pub(crate) struct Looked {
 /// Whether a law explains the recordings.
 #[derive(Debug)]
 pub(crate) enum Answer {
-    /// No law: an effect keeps its name, and a discrepancy without one stays without.
+    /// No law: named effects keep their names, and a discrepancy without a name stays without one.
     Nothing,
     /// Laws in other equations explain the recordings as well as the effects that were named, or as the best law; none
     /// are given if the validation recordings confirm none.
@@ -103,7 +102,7 @@ pub(crate) enum Answer {
 }
 
 impl Looked {
-    /// No law, where none was looked for.
+    /// No law, because none was sought.
     pub(crate) const NOTHING: Looked = Looked { answer: Answer::Nothing, lacking: Vec::new() };
 }
 
@@ -135,9 +134,9 @@ pub(crate) struct Law {
 }
 
 impl Laws<'_> {
-    /// Looks for a law, which has to explain the recordings better than templates that were named. The
-    /// thresholds are those of the search for effects. Without validation recordings there is no law: four terms of
-    /// thousands follow any recording.
+    /// Looks for a law, which has to explain the recordings better than templates that were named. The thresholds are
+    /// those of the search for effects. Without validation recordings there is no law: four terms of thousands follow
+    /// any recording.
     pub(crate) fn search(&self, search: &Search<'_>, named: Option<&Named<'_>>) -> Looked {
         if self.data.valid.is_empty() {
             return Looked::NOTHING;
@@ -157,10 +156,10 @@ impl Laws<'_> {
         if named.is_some_and(|named| !named.is_open(&labels, is_hidden)) {
             return Looked::NOTHING;
         }
-        let all = 0..self.data.train.len();
+        let every_recording = 0..self.data.train.len();
         let mut is_unconfirmed = false;
         let mut lacking: Option<Vec<String>> = None;
-        let mut seen = |suspected: Vec<Vec<usize>>, recordings: Range<usize>, vocabulary| {
+        let mut laws_for = |suspected: Vec<Vec<usize>>, recordings: Range<usize>, vocabulary| {
             let (proposed, first) = self.proposed(&terms, suspected, recordings, vocabulary);
             let name = |place: usize| places[place].name.clone();
             lacking.get_or_insert_with(|| first.into_iter().map(name).collect());
@@ -169,27 +168,28 @@ impl Laws<'_> {
             is_unconfirmed |= own;
             laws
         };
-        let mut laws = seen(self.together(&physical), all.clone(), Vocabulary::Smooth);
-        // Between recordings, states that are not read may differ by anything; within one, they go on.
-        if is_hidden && all.len() > 1 {
-            for r in all.clone().take(ALONE) {
+        let mut laws =
+            laws_for(self.together(&physical), every_recording.clone(), Vocabulary::Smooth);
+        // Between recordings, states that are not read may differ arbitrarily; within one, they are continuous.
+        if is_hidden && every_recording.len() > 1 {
+            for r in every_recording.clone().take(ALONE) {
                 if laws.is_empty() {
-                    laws = seen(self.together(&physical), r..r + 1, Vocabulary::Smooth);
+                    laws = laws_for(self.together(&physical), r..r + 1, Vocabulary::Smooth);
                 }
             }
         }
         // A free parameter may be a law.
         if laws.is_empty() && named.is_none() {
             let places = free.iter().map(|free| vec![free.place]).collect();
-            laws = seen(places, all.clone(), Vocabulary::Smooth);
+            laws = laws_for(places, every_recording.clone(), Vocabulary::Smooth);
         }
         // Kinematic equations hold by definition, unless nothing else helps.
         if laws.is_empty() && named.is_none() && physical.len() < equations.len() {
-            laws = seen(self.together(&equations), all.clone(), Vocabulary::Smooth);
+            laws = laws_for(self.together(&equations), every_recording.clone(), Vocabulary::Smooth);
         }
         // Terms that act in one regime only, which a sum of smooth ones follows less plainly.
         if !laws.iter().any(Inserted::has_one_term_each) {
-            laws.extend(seen(vec![physical], all, Vocabulary::Regimes));
+            laws.extend(laws_for(vec![physical], every_recording, Vocabulary::Regimes));
             laws.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         }
         // Sums of many terms follow any recording of a few states.
@@ -238,11 +238,11 @@ impl Laws<'_> {
         self.leaving_noise(fits, search)
     }
 
-    /// Fitted laws that are simpler than one: without a factor of its terms, or a term, as long as that pays. Those that do
-    /// not pay are among them.
+    /// Fitted laws that are simpler than one: without a term, or without a factor of a term, as long as that lowers the
+    /// cost. Trials that do not lower it are included.
     ///
-    /// Terms are ranked along one smoothed course of the states, where a factor may make up for what a simulation does not
-    /// need.
+    /// Terms are ranked along one smoothed course of the states, where a factor may compensate for errors that a
+    /// simulation does not have.
     fn simplified(&self, places: &[Place], proposed: &Proposed, fit: &Inserted) -> Vec<Inserted> {
         let Laws { base, sources, model, data, threads, .. } = *self;
         let sighting = &proposed.sighting;
@@ -266,15 +266,15 @@ impl Laws<'_> {
         all
     }
 
-    /// Equations that may lack something together: all; with fewer outputs than equations, where states follow from where
-    /// something is missing, also each alone.
+    /// Groups of equations that may lack something together: all of them; with fewer outputs than equations, so that
+    /// the states depend on where something is missing, also each alone.
     fn together(&self, equations: &[usize]) -> Vec<Vec<usize>> {
         let measured = self.data.noise.iter().flatten().count();
-        let mut all = vec![equations.to_vec()];
+        let mut suspected = vec![equations.to_vec()];
         if measured < equations.len() {
-            all.extend(equations.iter().map(|place| vec![*place]));
+            suspected.extend(equations.iter().map(|place| vec![*place]));
         }
-        all
+        suspected
     }
 
     /// Sets of terms to be fitted, and the places of the first suspicion that stand out.
@@ -286,7 +286,7 @@ impl Laws<'_> {
         vocabulary: Vocabulary,
     ) -> (Vec<Proposed>, Vec<usize>) {
         let mut first = None;
-        let mut all: Vec<Proposed> = Vec::new();
+        let mut proposals: Vec<Proposed> = Vec::new();
         let is_alone = recordings.len() < self.data.train.len();
         let begin = if is_alone { Begin::Alone(recordings.start) } else { Begin::All };
         let mut of_each_size =
@@ -303,43 +303,43 @@ impl Laws<'_> {
                 sighting.as_ref().map_or_else(Vec::new, |sighting| sighting.places.clone())
             });
             let Some(sighting) = sighting else { continue };
-            let own = chosen(drafts(&sighting, vocabulary, self.threads), of_each_size);
+            let best_drafts = chosen(drafts(&sighting, vocabulary, self.threads), of_each_size);
             let sighting = Arc::new(sighting);
-            all.extend(own.into_iter().map(|draft| Proposed {
+            proposals.extend(best_drafts.into_iter().map(|draft| Proposed {
                 draft,
                 sighting: sighting.clone(),
                 begin,
             }));
         }
-        all.sort_by(|a, b| a.draft.cost.total_cmp(&b.draft.cost));
-        let mut seen: Vec<Draft> = Vec::new();
-        all.retain(|one| {
+        proposals.sort_by(|a, b| a.draft.cost.total_cmp(&b.draft.cost));
+        let mut earlier: Vec<Draft> = Vec::new();
+        proposals.retain(|one| {
             let is_same = |other: &Draft| {
                 other.is_part_of(&one.draft) && one.draft.terms.len() == other.terms.len()
             };
-            let is_new = !seen.iter().any(is_same);
-            seen.push(one.draft.clone());
+            let is_new = !earlier.iter().any(is_same);
+            earlier.push(one.draft.clone());
             is_new
         });
-        (all, first.unwrap_or_default())
+        (proposals, first.unwrap_or_default())
     }
 }
 
 /// The drafts to be fitted: the best few of each size. A set that contains a better one is left out.
 ///
-/// Sizes are not compared here. A linear model from sample to sample is off where the plant is fast, and terms that make
-/// up for that are preferred by it, but not by a simulation.
+/// Sizes are not compared here. A linear model from sample to sample is inaccurate where the plant is fast, and prefers
+/// terms that compensate for that; a simulation does not.
 fn chosen(drafts: Vec<Draft>, of_each_size: [usize; MOST_TERMS]) -> Vec<Draft> {
-    let mut all: Vec<Draft> = Vec::new();
+    let mut kept: Vec<Draft> = Vec::new();
     let mut of_size = [0; MOST_TERMS];
     for draft in drafts {
         let size = draft.terms.len() - 1;
         let count = &mut of_size[size];
         let is_idle = |better: &Draft| better.is_part_of(&draft) || draft.is_twin_of(better);
-        if *count < of_each_size[size] && !all.iter().any(is_idle) {
+        if *count < of_each_size[size] && !kept.iter().any(is_idle) {
             *count += 1;
-            all.push(draft);
+            kept.push(draft);
         }
     }
-    all
+    kept
 }

@@ -87,24 +87,24 @@ impl Sighting {
         let n_inputs = model.inputs.len();
         let along = |path: &Path, i: usize| -> Vec<f64> {
             let solution = &path.trajectory;
-            // Weights of readings are inputs behind the model's own.
+            // Weights of readings are inputs that follow the model's own.
             let stride = path.u.len() / solution.times.len().max(1);
-            let at = unknowns.iter().position(|unknown| *unknown.name == *names[i].name);
-            let value = |k: usize| match (i, at) {
+            let position = unknowns.iter().position(|unknown| *unknown.name == *names[i].name);
+            let value = |k: usize| match (i, position) {
                 (i, _) if i < n_inputs => path.u[k * stride + i],
                 (i, _) if i == n_inputs => solution.times[k],
-                (_, Some(at)) => solution.y(k)[at],
+                (_, Some(position)) => solution.y(k)[position],
                 (_, None) => f64::NAN,
             };
             (0..solution.times.len()).map(value).collect()
         };
         let plain = names.iter().filter(|name| name.difference.is_none()).count();
-        let all = |path: &Path| {
+        let values_along = |path: &Path| {
             let mut values = (0..plain).map(|i| along(path, i)).collect();
             with_differences(&names, &mut values);
             values
         };
-        let values = paths.iter().map(all).collect();
+        let values = paths.iter().map(values_along).collect();
         let starts = (paths.iter())
             .map(|path| {
                 let y = path.trajectory.y(0);
@@ -147,7 +147,7 @@ impl Sighting {
         let of_path = |(path, values): (&Path, &Vec<Vec<f64>>)| {
             let count = path.trajectory.times.len();
             let stride = path.u.len() / count.max(1);
-            // Inputs come before time; weights of readings are behind them.
+            // Inputs come before time; in `u_between`, weights of readings follow them.
             let n_inputs = self.names.iter().position(|name| name.name == "time").unwrap_or(0);
             let plain = |name: usize, k: usize, at: usize| match name {
                 _ if name < n_inputs => path.u_between[k * stride + name],
@@ -170,7 +170,7 @@ impl Sighting {
     }
 }
 
-/// A recording at about as many times as wanted: some of its samples, or times between them, at which nothing was read.
+/// A recording at about `most` times: some of its samples, or additional times between them without readings.
 fn sampled(recording: &Recording, most: usize) -> (Vec<f64>, Vec<f64>) {
     let count = recording.times.len();
     let stride = count.div_ceil(most).max(1);

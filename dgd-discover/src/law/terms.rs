@@ -6,10 +6,10 @@ use crate::guess::{FORMS, Factor, Form, Inner, Shape};
 
 /// Number of names in products; the best by themselves if there are more.
 pub(super) const IN_PRODUCTS: usize = 6;
-/// Number of differences in products, chosen alike.
+/// Number of differences in products, chosen in the same way.
 pub(super) const DIFFERENCES: usize = 3;
 
-/// Which inner constants terms have.
+/// The inner constants that terms may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Vocabulary {
     /// Sizes at which they bend.
@@ -30,18 +30,18 @@ impl Vocabulary {
 
 /// Shapes of one name, and the constant.
 pub(super) fn single(names: &[Factor], values: &[Vec<f64>], vocabulary: Vocabulary) -> Vec<Shape> {
-    let mut all = vec![Shape::new(Vec::new())];
+    let mut shapes = vec![Shape::new(Vec::new())];
     for name in 0..names.len() {
         for (i, form) in FORMS.iter().enumerate().filter(|(_, form)| vocabulary.has(form)) {
             if form.inner == Inner::None {
-                all.push(Shape::new(vec![(name, i)]));
+                shapes.push(Shape::new(vec![(name, i)]));
             }
             let with = |inner: f64| Shape { inner: Some(inner), ..Shape::new(vec![(name, i)]) };
-            all.extend(form.inner.constants(&values[name]).into_iter().map(with));
+            shapes.extend(form.inner.constants(&values[name]).into_iter().map(with));
         }
     }
-    all.retain(|shape| is_defined(shape, names, values));
-    all
+    shapes.retain(|shape| is_defined(shape, names, values));
+    shapes
 }
 
 /// Products of functions of some names.
@@ -51,24 +51,24 @@ pub(super) fn products(
     chosen: &[usize],
     vocabulary: Vocabulary,
 ) -> Vec<Shape> {
-    let of = |is: fn(&Form) -> bool| -> Vec<usize> {
+    let forms_with = |is: fn(&Form) -> bool| -> Vec<usize> {
         (0..FORMS.len()).filter(|form| is(&FORMS[*form])).collect()
     };
-    let plain = of(|form| form.in_products);
-    let mut inner = of(|form| form.inner != Inner::None);
+    let plain = forms_with(|form| form.in_products);
+    let mut inner = forms_with(|form| form.inner != Inner::None);
     inner.retain(|form| vocabulary.has(&FORMS[*form]));
-    let powers = of(|form| form.in_products && !form.of_numbers && form.power.0 > 0);
-    let numbers = of(|form| form.in_products && form.of_numbers);
-    let mut all: Vec<Vec<(usize, usize)>> = Vec::new();
+    let powers = forms_with(|form| form.in_products && !form.of_numbers && form.power.0 > 0);
+    let numbers = forms_with(|form| form.in_products && form.of_numbers);
+    let mut factor_lists: Vec<Vec<(usize, usize)>> = Vec::new();
     for (i, &a) in chosen.iter().enumerate() {
-        // Of one name, a power times a function of numbers, or two of these.
+        // Products of one name: a power times a function of numbers, or two such functions.
         for (k, &f) in numbers.iter().enumerate() {
-            all.extend(powers.iter().map(|g| vec![(a, *g), (a, f)]));
-            all.extend(numbers[..k].iter().map(|g| vec![(a, *g), (a, f)]));
+            factor_lists.extend(powers.iter().map(|g| vec![(a, *g), (a, f)]));
+            factor_lists.extend(numbers[..k].iter().map(|g| vec![(a, *g), (a, f)]));
         }
         for (j, &b) in chosen.iter().enumerate().skip(i + 1) {
             for &f in &plain {
-                all.extend(plain.iter().map(|g| vec![(a, f), (b, *g)]));
+                factor_lists.extend(plain.iter().map(|g| vec![(a, f), (b, *g)]));
             }
             for &c in &chosen[j + 1..] {
                 for &f in &powers {
@@ -77,20 +77,21 @@ pub(super) fn products(
                         let complexity = |factors: &Vec<(usize, usize)>| -> u32 {
                             factors.iter().map(|(_, form)| FORMS[*form].complexity).sum()
                         };
-                        all.extend(three.filter(|factors| complexity(factors) <= MOST_OF_THREE));
+                        factor_lists
+                            .extend(three.filter(|factors| complexity(factors) <= MOST_OF_THREE));
                     }
                 }
             }
         }
     }
-    let mut shapes: Vec<Shape> = all.into_iter().map(Shape::new).collect();
+    let mut shapes: Vec<Shape> = factor_lists.into_iter().map(Shape::new).collect();
     for shape in &mut shapes {
         // A quotient is written with its divisor last.
         shape.factors.sort_by_key(|(_, form)| {
             FORMS[*form].power.0 < 0 || FORMS[*form].text.starts_with('/')
         });
     }
-    // The product with a threshold is one of the quantity that the regime opens.
+    // In a product with a threshold, the other factor is the quantity that the regime switches on.
     let beside: &[usize] = match vocabulary {
         Vocabulary::Smooth => &powers,
         Vocabulary::Regimes => &plain[..1],
@@ -113,7 +114,7 @@ pub(super) fn products(
 
 /// Largest complexity of a product.
 const MOST_COMPLEX: u32 = 7;
-/// The same of three names.
+/// Largest complexity of a product of three names.
 const MOST_OF_THREE: u32 = 4;
 
 /// Whether the names have values and units for all its forms.

@@ -12,18 +12,18 @@
 //! | `least(x)`, `largest(x)` | the ends of the range of x |
 //! | `middle(x)` | the middle of the range of x |
 //! | `middle_of_store(x)` | the same for quantities that are never negative and have a unit, such as levels |
-//! | `loss(x, e)` | zero if e is the balance of x, from which a loss can only take; no bound otherwise |
-//! | `own_loss(x, e)` | the same, and the template is not for other balances |
-//! | `alike(x, u)` | zero, if x and u have one dimension; the template is for no others |
-//! | `reads(q, x)` | one, if the `let` q reads x; the template is for no others |
+//! | `loss(x, e)` | zero if e is the balance of x, which a loss can only reduce; no bound otherwise |
+//! | `own_loss(x, e)` | the same; the template applies to no other balance |
+//! | `alike(x, u)` | zero if x and u have the same dimension; the template applies to no others |
+//! | `reads(q, x)` | one if the `let` q reads x; the template applies to no others |
 //!
 //! in a value, a bound, a nominal or a null; numbers replace these names before it is tried. Ranges are those of the
 //! fitted base model and of the recordings. A template that needs a value that does not exist is not tried.
 //!
-//! `replace x in all by …` stands for one such clause for each equation that reads x and is not exact: outputs go on
-//! reading x itself.
+//! `replace x in all by …` stands for one such clause for each equation that reads x and is not exact: outputs still
+//! read x itself.
 //!
-//! What a template adds to a balance flows into the store, on whichever side of the equation that is.
+//! A term that a template adds to a balance flows into the store, whichever side of the equation the store is on.
 
 use std::collections::BTreeMap;
 
@@ -80,7 +80,7 @@ pub(crate) fn adapted(
         ("interval", if interval.is_finite() { interval } else { 1.0 }),
         ("duration", if duration > 0.0 { duration } else { 1.0 }),
     ]);
-    let mut all = Vec::new();
+    let mut adapted = Vec::new();
     for template in templates {
         let is_own =
             |arguments: &Vec<String>| is_of_the_field(&template.name.text, arguments, model);
@@ -117,14 +117,14 @@ pub(crate) fn adapted(
             turn(&mut effect, |slot| direction(model, named(slot)?, |_| true));
             let is_spread = spread(&mut effect, |slot| named(slot).cloned(), model);
             if is_spread && settle_all(&mut effect, &value).is_some() {
-                all.push(Adapted { effect, arguments });
+                adapted.push(Adapted { effect, arguments });
             }
         }
     }
-    all
+    adapted
 }
 
-/// Whether a state and an input have one dimension.
+/// Whether a state and an input have the same dimension.
 fn are_alike(model: &Model, state: &str, input: &str) -> bool {
     let state = model.unknowns.iter().find(|own| own.declared.name == state);
     let input = model.inputs.iter().find(|own| own.declared.name == input);
@@ -134,8 +134,8 @@ fn are_alike(model: &Model, state: &str, input: &str) -> bool {
 
 /// Whether a `let` reads an unknown.
 fn reads(model: &Model, name: &str, unknown: &str) -> bool {
-    let own = model.lets.iter().find(|own| own.name == name);
-    own.is_some_and(|own| is_read_in(model, own.value, unknown))
+    let definition = model.lets.iter().find(|own| own.name == name);
+    definition.is_some_and(|definition| is_read_in(model, definition.value, unknown))
 }
 
 /// Whether an unknown or a `let` is read in an expression, as it is or through others.
@@ -147,10 +147,10 @@ fn is_read_in(model: &Model, root: ExprId, name: &str) -> bool {
     place.is_some_and(|i| model.graph.symbols(root).contains(&Symbol::Unknown(i as u32)))
 }
 
-/// The word for all equations that read what a clause replaces.
+/// The word for all equations that read the name that a clause replaces.
 const ALL: &str = "all";
 
-/// Gives a clause that replaces a name in all equations the equations. Returns whether there are any.
+/// Expands a clause that replaces a name in all equations into one for each equation. Returns whether there are any.
 fn spread(effect: &mut Effect, named: impl Fn(&str) -> Option<String>, model: &Model) -> bool {
     let mut are_there = true;
     if let Some(header) = &mut effect.ast.effect {
@@ -181,11 +181,11 @@ fn spread(effect: &mut Effect, named: impl Fn(&str) -> Option<String>, model: &M
 
 /// A clause that replaces something in this equation.
 fn in_equation(clause: &Clause, label: &str) -> Clause {
-    let mut own = clause.clone();
-    if let ClauseKind::Replace { equation: Some(equation), .. } = &mut own.kind {
+    let mut replaced = clause.clone();
+    if let ClauseKind::Replace { equation: Some(equation), .. } = &mut replaced.kind {
         label.clone_into(&mut equation.text);
     }
-    own
+    replaced
 }
 
 /// Lower bound of the coefficient of a loss of a state from a balance.
@@ -194,7 +194,7 @@ fn least_loss(model: &Model, state: &str, equation: &str) -> f64 {
     direction(model, equation, is_state).map_or(f64::NEG_INFINITY, |_| 0.0)
 }
 
-/// Flips the sign of what a template adds to balances that have their store on the right-hand side.
+/// Flips the sign of terms that a template adds to balances that have their store on the right-hand side.
 fn turn(effect: &mut Effect, direction: impl Fn(&str) -> Option<f64>) {
     for clause in effect.ast.effect.iter_mut().flat_map(|header| &mut header.clauses) {
         if let ClauseKind::Add { value, equation } = &mut clause.kind
@@ -219,8 +219,8 @@ impl Quantity {
         let inputs = model.inputs.iter().map(|input| &input.declared);
         let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
         let outputs = model.outputs.iter().map(|output| &output.declared);
-        let mut all = inputs.chain(unknowns).chain(outputs);
-        let declared: &Declared = all.find(|declared| declared.name == name)?;
+        let mut quantities = inputs.chain(unknowns).chain(outputs);
+        let declared: &Declared = quantities.find(|declared| declared.name == name)?;
         let (_, _, a, b) = ranges.iter().find(|(known, ..)| known == name)?;
         let factor = declared.unit.factor.abs();
         let has_unit = declared.unit.dimension != Dimension::ONE;

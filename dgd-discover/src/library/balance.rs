@@ -36,7 +36,7 @@ fn sign(model: &Model, of: ExprId, is_state: &impl Fn(usize) -> bool) -> Option<
     }
 }
 
-/// The sign of a coefficient, as far as it is visible.
+/// The sign of a coefficient, as far as it is known.
 fn factor(model: &Model, of: ExprId) -> f64 {
     match model.graph.node(of) {
         Node::Constant(bits) => f64::from_bits(bits).signum(),

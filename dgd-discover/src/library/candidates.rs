@@ -23,7 +23,7 @@ pub(crate) struct Candidate<'a> {
     pub delays: Vec<String>,
     /// Whether it is a template that fits any model.
     pub is_generic: bool,
-    /// What it replaces and hides in the model.
+    /// The parts of the model that it replaces and hides.
     pub reach: Reach,
     /// Whether it has constants without influence where the effect vanishes.
     pub has_inner: bool,
@@ -51,7 +51,7 @@ impl<'a> Candidate<'a> {
 }
 
 impl Candidate<'_> {
-    /// Which realisation it is, if its family has several.
+    /// Its realisation, if its family has several.
     pub(crate) fn form(&self) -> Option<String> {
         self.application.effect.form.as_ref().map(|form| form.text.clone())
     }
@@ -76,18 +76,18 @@ impl Candidate<'_> {
         self.reach.excludes(&other.reach)
     }
 
-    /// Whether one of the two puts a kink into what the other does to the same name: at a kink without slope, such as a
-    /// band of zero width, the other would seem to do nothing.
+    /// Whether one of the two has a kink and both change the same name: at a kink without slope, such as a band of zero
+    /// width, the other would seem to have no influence.
     pub(crate) fn bends(&self, other: &Candidate<'_>) -> bool {
         self.target() == other.target() && (self.has_kink() || other.has_kink())
     }
 
-    /// Whether what it changes has a kink or a jump.
+    /// Whether its change of the model has a kink or a jump.
     pub(crate) fn has_kink(&self) -> bool {
         has_kink(self.application.effect)
     }
 
-    /// Whether a constant of its file is in the time between the moments of an `every`.
+    /// Whether the period of an `every` in its file depends on a constant.
     pub(crate) fn is_clock(&self, constant: &str) -> bool {
         fn reads(expr: &Expr, name: &str) -> bool {
             matches!(&expr.kind, ExprKind::Name(own) if own == name)
@@ -104,15 +104,16 @@ impl Candidate<'_> {
         let items = self.application.effect.ast.items.iter();
         let free = items.filter_map(|item| match &item.kind {
             ItemKind::Parameter { name, attributes, .. } => {
-                let mut all = attributes.iter();
-                (!all.any(|one| one.kind == AttributeKind::Fixed)).then_some(name.text.as_str())
+                let mut attributes = attributes.iter();
+                (!attributes.any(|one| one.kind == AttributeKind::Fixed))
+                    .then_some(name.text.as_str())
             }
             _ => None,
         });
         free.collect()
     }
 
-    /// Whether it scales what it changes: one of its parameters is one where it vanishes.
+    /// Whether it scales its target: one of its parameters is one where it vanishes.
     pub(crate) fn scales(&self) -> bool {
         let clauses = self.application.effect.ast.effect.iter().flat_map(|header| &header.clauses);
         clauses.into_iter().any(|clause| match &clause.kind {
@@ -164,16 +165,16 @@ pub(crate) fn candidates<'a>(
     asts: &[Ast],
     model: &Model,
 ) -> Vec<Candidate<'a>> {
-    let mut all = Vec::new();
+    let mut candidates = Vec::new();
     for effect in library.iter().filter(|effect| effect.changes_model()) {
         for arguments in bind(effect, model) {
             let candidate = Candidate::new(effect, &arguments, false);
-            // An effect that cannot be applied is refused later, and screened with no other.
+            // An effect that cannot be applied is refused later, and not screened together with others.
             let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
-            all.push(Candidate { reach, ..candidate });
+            candidates.push(Candidate { reach, ..candidate });
         }
     }
-    all
+    candidates
 }
 
 /// Effects that cannot be applied anywhere, with the reasons.
@@ -194,16 +195,16 @@ pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)
 
 /// Candidates of templates that fit any model.
 pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candidate<'a>> {
-    let mut all = Vec::new();
+    let mut candidates = Vec::new();
     for Adapted { effect, arguments } in templates {
         if !effect.changes_model() {
             continue;
         }
         let candidate = Candidate::new(effect, arguments, true);
         let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
-        all.push(Candidate { reach, ..candidate });
+        candidates.push(Candidate { reach, ..candidate });
     }
-    all
+    candidates
 }
 
 /// Whether an effect declares states or unknowns.
@@ -211,7 +212,7 @@ fn brings_unknowns(effect: &Effect) -> bool {
     effect.ast.items.iter().any(|item| matches!(item.kind, ItemKind::Unknown { .. }))
 }
 
-/// Whether an effect has free parameters besides those in its `null`.
+/// Whether an effect has free parameters other than those in its `null`.
 fn has_inner(effect: &Effect) -> bool {
     let clauses = effect.ast.effect.iter().flat_map(|header| &header.clauses);
     let nulls: Vec<&str> = clauses
@@ -236,12 +237,12 @@ const KINKED: [&str; 9] = ["min", "max", "abs", "sign", "clamp", "floor", "ceil"
 /// Whether an expression with which an effect changes a model has a kink: one of [`KINKED`] or a choice.
 fn has_kink(effect: &Effect) -> bool {
     fn is_in(expr: &Expr) -> bool {
-        let own = match &expr.kind {
+        let is_kinked = match &expr.kind {
             ExprKind::Call { function, .. } => KINKED.contains(&function.text.as_str()),
             ExprKind::If { .. } => true,
             _ => false,
         };
-        own || visit::operands(expr).into_iter().any(is_in)
+        is_kinked || visit::operands(expr).into_iter().any(is_in)
     }
     changes(effect).any(is_in)
 }
@@ -328,8 +329,8 @@ impl Candidate<'_> {
         declared.is_some() && declared == null
     }
 
-    /// What it changes: an equation, an output, or a name of the model. A template that replaces a name in equations
-    /// changes what the name stands for.
+    /// Its target: an equation, an output, or a name of the model. The target of a template that replaces a name in
+    /// equations is that name.
     pub(crate) fn target(&self) -> String {
         let effect = self.application.effect;
         let slots = match &effect.target {

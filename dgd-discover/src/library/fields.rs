@@ -1,4 +1,4 @@
-//! Templates with the name of a field, and those with the name of the same mathematics.
+//! Templates of mechanics, and their neutral twins of the same mathematics.
 //!
 //! `dry_friction` of a drug is a loss of zero order: a template of mechanics is for balances of forces and torques, and
 //! its neutral twin for all others. So each place has one of the two.
@@ -16,10 +16,10 @@ const TWINS: [[&str; 2]; 6] = [
     ["hysteresis", "loss_with_memory"],
 ];
 
-/// Whether a template with these arguments, a state and an equation, has the name that its place asks for.
+/// Whether a template has the name of the field of its arguments, a state and an equation.
 pub(super) fn is_of_the_field(template: &str, arguments: &[String], model: &Model) -> bool {
-    let own = |name: &String| model.unknowns.iter().find(|own| own.declared.name == *name);
-    if let Some(state) = arguments.first().and_then(own) {
+    let state_called = |name: &String| model.unknowns.iter().find(|own| own.declared.name == *name);
+    if let Some(state) = arguments.first().and_then(state_called) {
         match template {
             "play" => return is_position(&state.declared.unit),
             "dead_band" => return !is_position(&state.declared.unit),
@@ -53,19 +53,19 @@ fn is_mechanical(model: &Model, state: &str, equation: &str) -> bool {
     }
 }
 
-/// Whether a unit is one of lengths or angles.
+/// Whether a unit measures lengths or angles.
 fn is_position(unit: &Unit) -> bool {
     let is_number = unit.dimension == Dimension::ONE;
     unit.dimension == dimension([1, 0, 0]) || (is_number && is_angle(unit))
 }
 
-/// Whether a unit is one of angles, whose dimension is that of numbers.
+/// Whether a unit measures angles, which are dimensionless.
 fn is_angle(unit: &Unit) -> bool {
     let mut words = unit.symbol.split(|c: char| !c.is_alphabetic() && c != '°');
     words.any(|word| word.ends_with("rad") || ["deg", "°", "rev", "rpm"].contains(&word))
 }
 
-/// Of powers of length, mass and time.
+/// The dimension with these exponents of length, mass and time.
 fn dimension([length, mass, time]: [i32; 3]) -> Dimension {
     Dimension::of([mass, length, time, 0, 0, 0, 0])
 }

@@ -1,8 +1,8 @@
-//! Inputs with further ones behind them.
+//! Appends inputs to those of a recording.
 
 use dgd_runtime::{Column, InputError, Inputs, Interpolation, Side};
 
-/// A recording's inputs and further ones behind them, whose values on each side of a time `write` sets; they are zero
+/// A recording's inputs followed by `further` others, whose values on each side of a time `write` sets; they are zero
 /// before it is called.
 ///
 /// Between jumps and kinks every input is a straight line: samples on both sides of each, and of each of `times`,
@@ -17,7 +17,7 @@ pub(crate) fn with_further_inputs(
     recorded(&samples, &columns)
 }
 
-/// A recording's inputs with further ones that are constant, each at its position among all, in ascending order.
+/// A recording's inputs and further constant ones, each with its position among all inputs, in ascending order.
 pub(crate) fn with_constant_inputs(
     inputs: &Inputs,
     times: &[f64],
@@ -43,14 +43,14 @@ fn sampled(
     grid.sort_unstable_by(f64::total_cmp);
     grid.dedup();
 
-    let own = inputs.len();
+    let n_recorded = inputs.len();
     let mut samples = Vec::with_capacity(2 * grid.len());
-    let mut columns = vec![Vec::with_capacity(2 * grid.len()); own + further];
-    let mut u = vec![0.0; own + further];
+    let mut columns = vec![Vec::with_capacity(2 * grid.len()); n_recorded + further];
+    let mut u = vec![0.0; n_recorded + further];
     for &t in &grid {
         let sides: &[Side] = if t == from { &[Side::Right] } else { &[Side::Left, Side::Right] };
         for &side in sides {
-            let (of_recording, behind) = u.split_at_mut(own);
+            let (of_recording, behind) = u.split_at_mut(n_recorded);
             inputs.value(t, side, of_recording);
             behind.fill(0.0);
             write(t, side, behind);

@@ -13,8 +13,8 @@ pub(crate) fn range_of(
     ranges: &Ranges,
 ) -> Option<(f64, f64)> {
     let arguments = &candidate.application.arguments;
-    let found = ranges.iter().find(|(name, symbol, a, b)| {
+    let range = ranges.iter().find(|(name, symbol, a, b)| {
         symbol == unit && a < b && arguments.iter().any(|argument| argument.text == *name)
     });
-    found.map(|(_, _, a, b)| (*a, *b))
+    range.map(|(_, _, a, b)| (*a, *b))
 }

@@ -1,4 +1,4 @@
-//! Lists what may be missing: effects and templates in, candidates and compiled structures out.
+//! Lists effects that may be missing: effects and templates in, candidates and compiled structures out.
 //!
 //! A [`Candidate`] is an effect of the library, or one of the [`templates()`] that fit any model, with its arguments. A
 //! [`Structure`] is the compiled [`BaseModel`] with some of them.

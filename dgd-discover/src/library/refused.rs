@@ -12,7 +12,7 @@ use super::structure::{BaseModel, Refused};
 /// Maximum number of candidates that are verified in one model: compilation grows faster than their number.
 const VERIFIED_TOGETHER: usize = 24;
 
-/// Candidates in groups in which none excludes another.
+/// Groups of candidates in which none excludes another.
 fn compatible(candidates: &[Candidate<'_>], range: Range<usize>) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for one in range {
@@ -41,8 +41,8 @@ impl BaseModel {
         in_parallel_stateless(groups.len(), threads, of_group).into_iter().flatten().collect()
     }
 
-    /// Those of some candidates, none of which excludes another, with which the model does not compile. All are compiled
-    /// in one model, and in halves if that fails.
+    /// Those of some candidates, none of which excludes another, with which the model does not compile. All are
+    /// compiled in one model, and in halves if that fails.
     fn refused_of(&self, all: &[Candidate<'_>], some: &[usize]) -> Vec<(usize, Refused)> {
         let applications: Vec<Application<'_>> =
             some.iter().map(|&c| all[c].application.clone()).collect();

@@ -5,10 +5,10 @@
 //!   readings with σ_k, and recordings with a level l_r:   T(y) r,   r = σ̄/(σ_k l_r)
 //! ```
 //!
-//! A search compares T(y) r of the readings with that of the model, so that all that follows has one standard deviation
-//! for an output. m is the usual size of the readings: there T has the slope 1, and keeps the unit. r is a further input
-//! of the model that only its output reads. Of log-normal readings, and of those whose noise is proportional, a is far
-//! below the smallest: T is g times the logarithm, and finite where a simulation begins at zero.
+//! A search compares T(y) r of the readings with that of the model, so that an output has one standard deviation from
+//! there on. m is the usual size of the readings, where T has the slope 1 and keeps the unit. r is a further input of
+//! the model that only its output reads. For log-normal and for proportional noise, a is far below the smallest
+//! reading: T is then g times the logarithm, and finite where a simulation begins at zero.
 //!
 //! Source of T: Bartlett, The use of transformations, Biometrics 3 (1947) 39–52.
 
@@ -32,11 +32,11 @@ use super::structure_id::StructureId;
 /// a per cent.
 const FAR_BELOW: f64 = 0.01;
 
-/// The scales of a model's outputs; those without a place here stay as they are.
+/// The scales of a model's outputs; outputs without a scale stay as they are.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scales {
     outputs: Vec<Scale>,
-    /// Outputs, and those that compute standard deviations, which are left out.
+    /// Number of outputs, and of those that compute standard deviations, which are left out.
     count: usize,
     deviations: usize,
     /// Parameters that only noise reads.
@@ -52,10 +52,10 @@ struct Scale {
     weight: Option<Weight>,
 }
 
-/// How its readings are weighted beside T.
+/// The weights of its readings, in addition to T.
 #[derive(Debug, Clone, PartialEq)]
 struct Weight {
-    /// σ̄ of readings that have one of their own.
+    /// σ̄, if readings have standard deviations of their own.
     usual: Option<f64>,
     /// l of each recording, training recordings first.
     levels: Vec<f64>,
@@ -113,8 +113,8 @@ pub(crate) fn is_weight(input: &str) -> bool {
 }
 
 impl Scales {
-    /// The scales in which readings of a model have even noise, by what its outputs declare and by recorded standard
-    /// deviations. `levels` are those of each recording and output, if they differ.
+    /// The scales in which readings of a model have even noise, from the noise that its outputs declare and from
+    /// recorded standard deviations. `levels` are those of each recording and output, if they differ.
     ///
     /// # Errors
     ///
@@ -129,15 +129,16 @@ impl Scales {
             return Ok(Self::default());
         };
         let count = model.outputs.len() - model.densities.len();
-        let all: Vec<&Recording> = train.iter().chain(valid).collect();
+        let recordings: Vec<&Recording> = train.iter().chain(valid).collect();
         let spread = Spread::new(base, &model, train)?;
         let mut outputs = Vec::new();
         for (output, declared) in model.outputs[..count].iter().enumerate() {
             let name = &declared.declared.name;
-            let stretch = spread.stretch(output, name, &all)?;
-            let usual = usual_deviation(output, name, &all)?.filter(|_| stretch.is_none());
-            let levels: Vec<f64> =
-                levels.map_or(Vec::new(), |all| all.iter().map(|of| of[output]).collect());
+            let stretch = spread.stretch(output, name, &recordings)?;
+            let usual = usual_deviation(output, name, &recordings)?.filter(|_| stretch.is_none());
+            let levels: Vec<f64> = levels.map_or(Vec::new(), |levels| {
+                levels.iter().map(|of_recording| of_recording[output]).collect()
+            });
             let is_even = usual.is_none() && levels.iter().all(|level| *level == 1.0);
             let weight = (!is_even).then_some(Weight { usual, levels });
             if stretch.is_some() || weight.is_some() {
@@ -162,7 +163,7 @@ impl Scales {
         model
     }
 
-    /// The same with the weights among its inputs, which nothing reads yet.
+    /// The model without these outputs and with the weights among its inputs, which nothing reads yet.
     pub(crate) fn declared(&self, model: Model) -> Model {
         let mut model = self.without_deviations(model);
         for scale in self.outputs.iter().filter(|scale| scale.weight.is_some()) {
@@ -227,11 +228,11 @@ impl Scales {
         if self.outputs.is_empty() && self.deviations == 0 {
             return Ok(None);
         }
-        let all = |some: &[Recording], first: usize| -> Result<Vec<Recording>, InputError> {
-            let all = some.iter().enumerate();
-            all.map(|(r, recording)| self.recording(recording, first + r)).collect()
+        let scaled = |some: &[Recording], first: usize| -> Result<Vec<Recording>, InputError> {
+            let numbered = some.iter().enumerate();
+            numbered.map(|(r, recording)| self.recording(recording, first + r)).collect()
         };
-        Ok(Some([all(train, 0)?, all(valid, train.len())?]))
+        Ok(Some([scaled(train, 0)?, scaled(valid, train.len())?]))
     }
 
     /// A value of an output in its unit, from that in its scale at a time of a recording [in these
@@ -262,11 +263,11 @@ impl Scales {
 impl Weight {
     fn of(&self, deviations: Option<&[f64]>, position: usize, samples: usize) -> Vec<f64> {
         let level = self.levels.get(position).copied().unwrap_or(1.0);
-        let own = |k: usize| match (self.usual, deviations) {
+        let weight = |k: usize| match (self.usual, deviations) {
             (Some(usual), Some(all)) if all[k].is_finite() && all[k] > 0.0 => usual / all[k],
             _ => 1.0,
         };
-        (0..samples).map(|k| own(k) / level).collect()
+        (0..samples).map(|k| weight(k) / level).collect()
     }
 }
 
@@ -339,7 +340,7 @@ impl<'m> Spread<'m> {
     }
 }
 
-/// The readings that there are of an output.
+/// The finite readings of an output.
 fn read(recording: &Recording, output: usize) -> impl Iterator<Item = f64> + '_ {
     let measured = recording.measured[output].iter().flatten();
     measured.copied().filter(|y| y.is_finite())
@@ -373,28 +374,28 @@ fn usual_deviation(output: usize, name: &str, all: &[&Recording]) -> Result<Opti
     Ok((!is_even).then(|| mean.exp()))
 }
 
-/// Parameters that standard deviations read, and nothing else does.
+/// Parameters that only standard deviations read.
 fn only_of_noise(model: &Model, count: usize) -> Vec<String> {
     let equations = model.all_equations().chain(&model.start_equations);
     let others = equations.flat_map(|equation| [equation.left, equation.right]);
     let others = others.chain(model.outputs[..count].iter().map(|output| output.value));
-    let of = |roots: &mut dyn Iterator<Item = ExprId>| -> BTreeSet<Symbol> {
+    let symbols_in = |roots: &mut dyn Iterator<Item = ExprId>| -> BTreeSet<Symbol> {
         roots.flat_map(|root| model.graph.symbols(root)).collect()
     };
-    let read = of(&mut others.into_iter());
-    let of_noise = of(&mut model.outputs[count..].iter().map(|output| output.value));
+    let read = symbols_in(&mut others.into_iter());
+    let of_noise = symbols_in(&mut model.outputs[count..].iter().map(|output| output.value));
     let is_only_there = |i: usize| {
         u32::try_from(i).is_ok_and(|i| {
-            let own = Symbol::Parameter(i);
-            of_noise.contains(&own) && !read.contains(&own)
+            let symbol = Symbol::Parameter(i);
+            of_noise.contains(&symbol) && !read.contains(&symbol)
         })
     };
     let parameters = model.parameters.iter().enumerate();
-    let own = parameters.filter(|(i, _)| is_only_there(*i));
-    own.map(|(_, parameter)| parameter.declared.name.clone()).collect()
+    let noise_parameters = parameters.filter(|(i, _)| is_only_there(*i));
+    noise_parameters.map(|(_, parameter)| parameter.declared.name.clone()).collect()
 }
 
-/// Inputs with further ones behind them, which follow straight lines between samples at `times`.
+/// Inputs followed by `further` others, which are linear between samples at `times`.
 fn behind(inputs: &Inputs, times: &[f64], further: &[Vec<f64>]) -> Result<Inputs, InputError> {
     if times.is_empty() || further.is_empty() {
         return Ok(inputs.clone());

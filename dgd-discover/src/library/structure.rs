@@ -46,11 +46,11 @@ pub(crate) struct Values {
 /// A structure ready to be simulated and fitted.
 #[derive(Debug, Clone)]
 pub(crate) struct Structure {
-    /// Which candidates it has.
+    /// Its candidates.
     pub id: StructureId,
     /// Its syntax trees.
     pub asts: Vec<Ast>,
-    /// What each candidate added, in the order of their positions.
+    /// The additions of each candidate, in the order of their positions.
     pub brought: Vec<Brought>,
     /// Positions of parameters that are onsets.
     pub onsets: Vec<usize>,
@@ -87,7 +87,7 @@ impl BaseModel {
     }
 
     /// The model with candidates applied and all others included at one of their nulls, with sensitivities to the
-    /// parameters that switch each of the others on; and what the others added.
+    /// parameters that switch each of the others on; and the additions of the others.
     pub(crate) fn screening(
         &self,
         all: &[Candidate<'_>],
@@ -153,8 +153,8 @@ impl BaseModel {
     fn free_directions(&self, dae: &Dae, brought: &[Brought]) -> Vec<Direction> {
         let named = |list: &[String], name: &str| list.iter().any(|listed| listed == name);
         let is_brought = |name: &str| brought.iter().any(|b| named(&b.parameters, name));
-        let asked = |name: &String| parameter(dae, name).is_some_and(|_| !is_brought(name));
-        let some_asked = self.free.iter().any(asked);
+        let is_requested = |name: &String| parameter(dae, name).is_some_and(|_| !is_brought(name));
+        let some_asked = self.free.iter().any(is_requested);
         let parameters = dae.parameters.iter().enumerate().filter(|(_, parameter)| {
             let name = &parameter.declared.name;
             if some_asked && !is_brought(name) { named(&self.free, name) } else { !parameter.fixed }
@@ -177,7 +177,7 @@ impl BaseModel {
 }
 
 impl Structure {
-    /// What one of its candidates added.
+    /// The additions of one of its candidates.
     pub(crate) fn brought_by(&self, candidate: usize) -> Option<&Brought> {
         let place = self.id.effects().position(|effect| effect == candidate)?;
         self.brought.get(place)

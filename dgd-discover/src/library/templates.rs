@@ -1,6 +1,6 @@
 //! Effects that fit any model: common faults of sensors, inputs, parameters and balances.
 //!
-//! They are tried for what the library of a model does not explain. Their texts are in `templates/`.
+//! They are tried if the library of a model does not explain the recordings. Their texts are in `templates/`.
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::Effect;

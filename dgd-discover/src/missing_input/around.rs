@@ -1,4 +1,4 @@
-//! Fits a place again around the trajectory that includes what it lacks.
+//! Fits a place again around the trajectory that includes its missing term.
 //!
 //! The linearisation around the base model's simulation holds only near it. So the model is simulated with the
 //! estimates of d, parameters and start values, and the place is fitted again around that trajectory: a Gauss–Newton
@@ -23,7 +23,7 @@ const SETTLED: f64 = 0.9;
 /// … or this many full steps were taken: the linear model then holds.
 const AFTER_WHOLE: usize = 1;
 
-/// A trajectory to linearise around: parameters, and what is missing at a place in each recording.
+/// A trajectory to linearise around: parameters, and the missing term at a place in each recording.
 pub(super) struct Reference {
     p: Vec<f64>,
     train: Vec<Piece>,
@@ -47,8 +47,8 @@ impl Reference {
             both.map(|(from, to)| Piece {
                 start: (to.start.iter())
                     .map(|(state, to)| {
-                        let own = from.start.iter().find(|(own, _)| own == state);
-                        (*state, own.map_or(*to, |(_, from)| along(*from, *to)))
+                        let previous = from.start.iter().find(|(own, _)| own == state);
+                        (*state, previous.map_or(*to, |(_, from)| along(*from, *to)))
                     })
                     .collect(),
                 d: from.d.iter().zip(&to.d).map(|(from, to)| along(*from, *to)).collect(),
@@ -73,30 +73,30 @@ fn moved(p: &[f64], free: &[(usize, f64, usize)], fit: &PlaceFit) -> Vec<f64> {
 }
 
 impl Places<'_> {
-    /// Fits a place again around the trajectory that includes what it lacks. If that is far from the previous one, the
+    /// Fits a place again around the trajectory that includes its missing term. Far from the previous trajectory the
     /// linear model misleads, so only a fraction of the step is taken that brings the simulation closer to the
-    /// readings. `None` if no other trajectory does.
+    /// readings. `None` if no fraction does.
     pub(super) fn again(&self, first: &Found, free: &[(usize, f64)]) -> Option<Found> {
         let mut last: Option<Found> = None;
-        let mut at = self.reference();
-        let mut misfit = self.misfit(first.place, &at);
+        let mut reference = self.reference();
+        let mut misfit = self.misfit(first.place, &reference);
         for round in 0..ROUNDS {
-            let found = last.as_ref().unwrap_or(first);
-            let aim = self.aim(found, &at);
+            let current = last.as_ref().unwrap_or(first);
+            let aim = self.aim(current, &reference);
             let nearer = SHARES.iter().find_map(|share| {
-                let between = at.towards(&aim, *share);
+                let between = reference.towards(&aim, *share);
                 let between = Reference { p: self.within_bounds(between.p), ..between };
-                let left = self.misfit(found.place, &between);
+                let left = self.misfit(current.place, &between);
                 (self.follows || left < misfit).then_some((between, left, *share))
             });
             let Some((next, left, share)) = nearer else { break };
-            let Some(again) = self.fitted_around(found.place, &next, free) else { break };
-            if self.follows && again.fit.likelihood.train <= found.fit.likelihood.train {
+            let Some(again) = self.fitted_around(current.place, &next, free) else { break };
+            if self.follows && again.fit.likelihood.train <= current.fit.likelihood.train {
                 break;
             }
             let has_settled = share == 1.0 && (left > SETTLED * misfit || round >= AFTER_WHOLE);
             last = Some(again);
-            (at, misfit) = (next, left);
+            (reference, misfit) = (next, left);
             if has_settled {
                 break;
             }
@@ -120,18 +120,18 @@ impl Places<'_> {
         let sights = Sights { train: &train, valid: &valid, noise: &self.data.noise, free };
         let columns = Columns { train: sights.columns(&train), valid: sights.columns(&valid) };
         let fit = sights.fit(place, &columns)?;
-        let found = Found::new(place, fit, &sights, &columns);
-        Some(Found { p: Some(at.p.clone()), ..found })
+        let fitted = Found::new(place, fit, &sights, &columns);
+        Some(Found { p: Some(at.p.clone()), ..fitted })
     }
 
     /// The trajectory with nothing missing.
     fn reference(&self) -> Reference {
         let plain = |all: &[Thinned<'_>]| -> Vec<Piece> {
-            let of = |thinned: &Thinned<'_>| Piece {
+            let piece = |thinned: &Thinned<'_>| Piece {
                 start: thinned.start.clone(),
                 d: vec![0.0; thinned.times.len()],
             };
-            all.iter().map(of).collect()
+            all.iter().map(piece).collect()
         };
         Reference { p: self.p.clone(), train: plain(&self.train), valid: plain(&self.valid) }
     }
@@ -163,7 +163,7 @@ impl Places<'_> {
 
     /// Σ (measured − simulated)²/σ² of the training recordings; infinite if one cannot be simulated.
     fn misfit(&self, place: usize, at: &Reference) -> f64 {
-        let of = |(thinned, Piece { start, d }): (&Thinned<'_>, &Piece)| -> Option<f64> {
+        let squares_of = |(thinned, Piece { start, d }): (&Thinned<'_>, &Piece)| -> Option<f64> {
             let inputs = self.inputs(thinned, place, d)?;
             let problem = Problem { system: self.system(), p: &at.p, inputs: &inputs, start };
             let solution = simulate(&problem, &thinned.times, &self.data.options).ok()?;
@@ -176,7 +176,7 @@ impl Places<'_> {
             });
             Some(squares.sum())
         };
-        let all: Option<f64> = self.train.iter().zip(&at.train).map(of).sum();
-        all.filter(|sum| sum.is_finite()).unwrap_or(f64::INFINITY)
+        let total: Option<f64> = self.train.iter().zip(&at.train).map(squares_of).sum();
+        total.filter(|sum| sum.is_finite()).unwrap_or(f64::INFINITY)
     }
 }

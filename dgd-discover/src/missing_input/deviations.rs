@@ -159,7 +159,7 @@ impl Deviations {
             responses.push(response.gamma_0 * &b);
             last = (a, b, h);
         }
-        let seen = samples
+        let output_equations = samples
             .into_iter()
             .map(|space| space.map(|space| Seen { states: space.c, inputs: space.d }))
             .collect();
@@ -170,7 +170,7 @@ impl Deviations {
             n_outputs: linear.n_w(),
             transitions,
             responses,
-            seen,
+            seen: output_equations,
             shifts: Vec::new(),
         })
     }
@@ -217,8 +217,8 @@ impl<'a> Linearization<'a> {
         let n = signature.unknowns.len();
         let n_u = signature.inputs.len();
         let n_places = model.places().len();
-        let given = inputs.len();
-        assert!(given == n_u || given + n_places == n_u, "inputs of the model");
+        let n_given = inputs.len();
+        assert!(n_given == n_u || n_given + n_places == n_u, "inputs of the model");
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         Linearization {
             system,
@@ -277,13 +277,13 @@ impl<'a> Linearization<'a> {
         y: &[f64],
         z: &[f64],
     ) -> Option<(Elimination, DMatrix<f64>)> {
-        let given = self.inputs.len();
-        self.inputs.value(t, side, &mut self.u[..given]);
-        let at = Point { t, y, u: &self.u, p: self.p, z };
-        self.system.linearize(at, &self.slopes, &mut self.f, &mut self.dfdy, &mut self.dfdt);
-        self.system.input_jacobian(at, &mut self.dfdu);
+        let n_given = self.inputs.len();
+        self.inputs.value(t, side, &mut self.u[..n_given]);
+        let point = Point { t, y, u: &self.u, p: self.p, z };
+        self.system.linearize(point, &self.slopes, &mut self.f, &mut self.dfdy, &mut self.dfdt);
+        self.system.input_jacobian(point, &mut self.dfdu);
         self.system.output_jacobians(
-            at,
+            point,
             &mut self.dwdy,
             &mut self.dwdu,
             &mut self.dwdp,
@@ -293,7 +293,7 @@ impl<'a> Linearization<'a> {
         let by_y = Sparse { pattern: &signature.jacobian, values: &self.dfdy };
         let by_u = Sparse { pattern: &signature.input_jacobian, values: &self.dfdu };
         let rows = self.rows(self.f.len(), &by_y, &by_u);
-        let elimination = Elimination::new(self.system, at, &rows).ok()?;
+        let elimination = Elimination::new(self.system, point, &rows).ok()?;
         (elimination.states == self.differential).then_some((elimination, rows))
     }
 

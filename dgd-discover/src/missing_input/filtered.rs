@@ -1,7 +1,7 @@
 //! A trajectory that follows the readings when the model's own simulation does not.
 //!
 //! If a simulation explains an output worse than its mean does, as in a closed loop or with diverging integrations, a
-//! linearisation around it says nothing about the real plant. An extended Kalman filter then follows the readings
+//! linearisation around it does not describe the real plant. An extended Kalman filter then follows the readings
 //! instead: the model predicts from one sample to the next, and its error is process noise on all states alike,
 //!
 //! ```text
@@ -143,7 +143,8 @@ impl Followed<'_> {
         let unknowns = &self.terms.system().signature().unknowns;
         let n = unknowns.len();
         let states: Vec<usize> = unknowns.differential().collect();
-        let of = |y: &[f64]| DVector::from_iterator(states.len(), states.iter().map(|i| y[*i]));
+        let states_of =
+            |y: &[f64]| DVector::from_iterator(states.len(), states.iter().map(|i| y[*i]));
         let from = |x: &DVector<f64>| -> Vec<(usize, f64)> {
             states.iter().copied().zip(x.iter().copied()).collect()
         };
@@ -153,33 +154,34 @@ impl Followed<'_> {
         let first = self.piece(0, self.start)?;
         let mut sizes = vec![0.0; n];
         unknown_sizes(self.terms.system(), first.trajectory.y(0), &mut sizes);
-        let variances = of(&sizes).map(|size| size * size);
-        let (x, p) = (of(first.trajectory.y(0)), DMatrix::from_diagonal(&variances));
-        let mut at = Estimate { x, p, log_likelihood: 0.0 };
-        self.correct(&mut at, 0, &first, 0);
+        let variances = states_of(&sizes).map(|size| size * size);
+        let (x, p) = (states_of(first.trajectory.y(0)), DMatrix::from_diagonal(&variances));
+        let mut estimate = Estimate { x, p, log_likelihood: 0.0 };
+        self.correct(&mut estimate, 0, &first, 0);
 
         let (mut y, mut z, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..last {
-            let piece = self.piece(k, &from(&at.x))?;
+            let piece = self.piece(k, &from(&estimate.x))?;
             y.extend_from_slice(piece.trajectory.y(0));
             z.extend_from_slice(piece.trajectory.z(0));
             let transition = &piece.deviations.transitions[0];
-            at.p = transition * &at.p * transition.transpose();
+            estimate.p = transition * &estimate.p * transition.transpose();
             let interval = (self.times[k + 1] - self.times[k]) / duration;
             for (i, variance) in variances.iter().enumerate() {
-                at.p[(i, i)] += strays * strays * variance * interval;
+                estimate.p[(i, i)] += strays * strays * variance * interval;
             }
-            let ahead = of(piece.trajectory.y(1));
-            at.x.clone_from(&ahead);
-            self.correct(&mut at, k + 1, &piece, 1);
-            shifts.push(ahead - &at.x);
+            let ahead = states_of(piece.trajectory.y(1));
+            estimate.x.clone_from(&ahead);
+            self.correct(&mut estimate, k + 1, &piece, 1);
+            shifts.push(ahead - &estimate.x);
             if k + 1 == last {
                 z.extend_from_slice(piece.trajectory.z(1));
             }
         }
-        let end = consistent_start(&self.problem(&from(&at.x)), self.times[last], self.options);
+        let end =
+            consistent_start(&self.problem(&from(&estimate.x)), self.times[last], self.options);
         y.extend_from_slice(&end.ok()?.y);
-        let log_likelihood = at.log_likelihood;
+        let log_likelihood = estimate.log_likelihood;
         log_likelihood.is_finite().then_some(Way { y, z, shifts, log_likelihood })
     }
 

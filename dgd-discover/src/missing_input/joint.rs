@@ -1,8 +1,8 @@
-//! Unknown inputs in several equations at once, with the states that belong to them.
+//! Estimates unknown inputs in several equations at once, with the states along them.
 //!
 //! Each interval between samples is a run of its own, from the smoothed states and with the smoothed inputs at its
 //! start; so a model that runs away, or one that is far off, is followed as well as any other. Around that trajectory,
-//! with d the whole of the unknown inputs,
+//! with d all unknown inputs,
 //!
 //! ```text
 //!   δx(k+1) = Φ δx(k) + Γ d(k) + c(k),     c(k) = φ(x(k), d₀(k)) − x(k+1) − Γ d₀(k)
@@ -26,15 +26,15 @@ use super::missing_terms::MissingTerms;
 use super::reconstruct::inputs_with_all;
 use super::unknown_input::SIGNIFICANT_GAIN;
 
-/// Linearisations around better and better trajectories.
+/// Number of linearisations, each around a better trajectory.
 const ROUNDS: usize = 6;
-/// Updates of q around each of them.
+/// Number of updates of q around each of them.
 const UPDATES: usize = 6;
-/// Distances from the last trajectory, in sizes of the states, within which the next one is looked for, one after the
-/// other until the model runs along it.
+/// Distances from the last trajectory, in sizes of the states, within which the next one is sought: each in turn until
+/// the model runs along it.
 const TRUST: [f64; 4] = [f64::INFINITY, 1.0, 0.1, 0.01];
-/// Loss of log-likelihood of a reading from one trajectory to the next, at the same q, above which the next is no better
-/// place for a linearisation: that of a residual of one standard deviation.
+/// Loss of log-likelihood of a reading from one trajectory to the next, at the same q, above which the next is rejected
+/// for a linearisation: that of a residual of one standard deviation.
 const MOST_LOSS: f64 = 0.5;
 /// Largest factor by which one update changes q.
 const MOST_CHANGE: f64 = 100.0;
@@ -104,7 +104,7 @@ struct Reading {
     inputs: DVector<f64>,
 }
 
-/// A filter run at some q, from which other inputs are whitened.
+/// A filter run at some q, which whitens other inputs.
 #[derive(Debug, Clone)]
 pub(crate) struct Whitening {
     /// Places of the unknown inputs.
@@ -134,7 +134,7 @@ struct Smoothed {
 }
 
 impl Whitening {
-    /// ln p of the readings, up to terms that depend on no q.
+    /// ln p of the readings, up to terms that do not depend on q.
     fn log_likelihood(&self) -> f64 {
         -0.5 * (self.residuals.iter().map(|x| x * x).sum::<f64>() + self.log_determinant)
     }
@@ -154,12 +154,12 @@ impl JointChain {
         self.readings.iter().map(Vec::len).sum()
     }
 
-    /// The chain with states that are also read, as no deviation, with a standard deviation in their sizes.
+    /// The chain with readings of all deviations as zero, each with a standard deviation of `trust` sizes of the state.
     fn held(&self, trust: f64) -> JointChain {
-        let mut held = self.clone();
+        let mut chain = self.clone();
         if trust.is_finite() {
             let m = self.gamma.first().map_or(0, DMatrix::ncols);
-            for readings in &mut held.readings {
+            for readings in &mut chain.readings {
                 readings.extend(self.sizes.iter().enumerate().map(|(i, size)| Reading {
                     value: 0.0,
                     variance: (trust * size).powi(2),
@@ -168,7 +168,7 @@ impl JointChain {
                 }));
             }
         }
-        held
+        chain
     }
 
     /// F of an interval: [Φ Γ; 0 1].
@@ -286,18 +286,18 @@ impl JointChain {
         Smoothed { z, scores }
     }
 
-    /// Typical (H Γ)²/σ² of a reading for d = 1 at a place since the sample before. Where the model runs away, anything
-    /// would be seen; such samples do not count.
+    /// Typical (H Γ)²/σ² of a reading for d = 1 at a place since the sample before, as the median: where the model runs
+    /// away, it is arbitrarily large.
     fn information(&self, place: usize) -> Option<f64> {
         let after = self.gamma.iter().zip(&self.readings[1..]).flat_map(|(gamma, readings)| {
-            let seen = |reading: &Reading| {
-                let seen = reading.states.dot(&gamma.column(place)) + reading.inputs[place];
-                seen * seen / reading.variance
+            let signal_to_noise = |reading: &Reading| {
+                let response = reading.states.dot(&gamma.column(place)) + reading.inputs[place];
+                response * response / reading.variance
             };
-            readings.iter().map(seen)
+            readings.iter().map(signal_to_noise)
         });
-        let mut all: Vec<f64> = after.filter(|x| *x > 0.0).collect();
-        median(&mut all)
+        let mut positive: Vec<f64> = after.filter(|x| *x > 0.0).collect();
+        median(&mut positive)
     }
 
     /// The filter's gains and whitened residuals.
@@ -317,18 +317,18 @@ impl JointChain {
         let (n, m) = (self.n(), with.places.len());
         let mut z: DVector<f64> = DVector::zeros(n + m);
         let mut next: DVector<f64> = DVector::zeros(n);
-        let mut all = Vec::with_capacity(with.residuals.len());
+        let mut whitened = Vec::with_capacity(with.residuals.len());
         for (k, readings) in self.readings.iter().enumerate() {
             for (reading, (gain, variance)) in readings.iter().zip(&with.gains[k]) {
-                let mut seen = reading.inputs[place] * at[k];
+                let mut predicted = reading.inputs[place] * at[k];
                 for i in 0..n {
-                    seen += reading.states[i] * z[i];
+                    predicted += reading.states[i] * z[i];
                 }
                 for (j, own) in with.places.iter().enumerate() {
-                    seen += reading.inputs[*own] * z[n + j];
+                    predicted += reading.inputs[*own] * z[n + j];
                 }
-                z.axpy(-seen, gain, 1.0);
-                all.push(seen / variance.sqrt());
+                z.axpy(-predicted, gain, 1.0);
+                whitened.push(predicted / variance.sqrt());
             }
             if k < self.intervals.len() {
                 next.gemv(1.0, &self.phi[k], &z.rows(0, n), 0.0);
@@ -339,7 +339,7 @@ impl JointChain {
                 z.rows_mut(0, n).copy_from(&next);
             }
         }
-        all
+        whitened
     }
 }
 
@@ -350,24 +350,24 @@ impl Joint<'_> {
 
     /// The smoothed recordings and the intensity of the walk at each place; `None` if one cannot be followed.
     ///
-    /// Where states are not read, rounds from a filter that has lost itself end elsewhere than rounds from the readings;
-    /// those that make the readings likelier count.
+    /// If states are not read, rounds that begin with a diverged filter end elsewhere than rounds that begin with the
+    /// readings; the result with the higher likelihood counts.
     pub(crate) fn paths(&self, recordings: &[Recorded<'_>]) -> Option<(Vec<Path>, Vec<f64>)> {
         let resting = |recorded: &Recorded<'_>| {
-            let own = self.resting(recorded)?;
-            self.path(recorded, &own).map(|path| (own, path))
+            let estimated = self.resting(recorded)?;
+            self.path(recorded, &estimated).map(|path| (estimated, path))
         };
         let resting: Vec<Option<(Estimated, Path)>> = recordings.iter().map(resting).collect();
         let both = || recordings.iter().zip(&resting);
         let followed = both().map(|(recorded, resting)| {
             let (x, _) = &resting.as_ref()?.0;
-            let mut own = self.first(recorded)?;
+            let mut estimated = self.first(recorded)?;
             for (i, state) in self.states().iter().enumerate() {
                 if !self.free_starts.contains(state) {
-                    own.0[0][i] = x[0][i];
+                    estimated.0[0][i] = x[0][i];
                 }
             }
-            self.path(recorded, &own).map(|path| (own, path))
+            self.path(recorded, &estimated).map(|path| (estimated, path))
         });
         let followed: Vec<_> =
             followed.zip(&resting).map(|(own, rest)| own.or(rest.clone())).collect();
@@ -390,8 +390,8 @@ impl Joint<'_> {
             .reduce(|best, other| if likelihood(&other) > likelihood(&best) { other } else { best })
     }
 
-    /// The smoothed recordings after all rounds from a beginning of each, with at most this loss of log-likelihood of a
-    /// reading from one trajectory to the next.
+    /// The smoothed recordings after all rounds from a first path of each, with at most this loss of log-likelihood of
+    /// a reading from one trajectory to the next.
     fn rounds(
         &self,
         recordings: &[Recorded<'_>],
@@ -405,10 +405,10 @@ impl Joint<'_> {
             for _ in 0..UPDATES {
                 self.update(&paths, &mut q);
             }
-            let own = recordings.iter().zip(&all).zip(&paths);
-            let next = own
+            let triples = recordings.iter().zip(&all).zip(&paths);
+            let next = triples
                 .map(|((recorded, from), path)| self.smoothed(recorded, from, path, &q, most_loss));
-            // Where the model cannot go on, the last trajectory stays.
+            // If the model cannot follow, the last trajectory stays.
             let Some(next) = next.collect::<Option<Vec<_>>>() else { break };
             (all, paths) = next.into_iter().unzip();
         }
@@ -421,8 +421,8 @@ impl Joint<'_> {
         paths.iter().map(of_path).sum()
     }
 
-    /// The smoothed states and inputs of a recording, with the path along them, as near to the last path as it takes (an
-    /// iterated smoother by Levenberg and Marquardt: Särkkä & Svensson, ICASSP 2020, 5875).
+    /// The smoothed states and inputs of a recording, with the path along them, as near to the last path as necessary
+    /// (an iterated smoother by Levenberg and Marquardt: Särkkä & Svensson, ICASSP 2020, 5875).
     fn smoothed(
         &self,
         recorded: &Recorded<'_>,
@@ -441,7 +441,7 @@ impl Joint<'_> {
             let next: Estimated = (x.collect(), (0..d.len()).map(of_place).collect());
             let path = self.path(recorded, &next)?;
             let reached = self.likelihood(std::slice::from_ref(&path), q);
-            // Where there is none, nothing is compared.
+            // Without a likelihood to compare with, every path is accepted.
             let is_better = reached >= least || least.is_nan() || most_loss.is_infinite();
             is_better.then_some((next, path))
         })
@@ -454,19 +454,20 @@ impl Joint<'_> {
             let mut without = q.to_vec();
             without[*i] = 0.0;
             let gain = whole - self.likelihood(paths, &without);
-            // Without it there may be no likelihood.
+            // Without the walk there may be no likelihood.
             gain.is_nan() || gain > SIGNIFICANT_GAIN
         };
         (0..q.len()).filter(stands_out).map(|i| self.places[i]).collect()
     }
 
-    /// Walks whose steps from one sample to the next a reading just shows: wide enough to follow any readings.
+    /// Initial intensities: a step of the walk between samples is just visible in a reading, so that it can follow any
+    /// readings.
     fn begin(&self, paths: &[Path]) -> Vec<f64> {
         let intervals = paths.iter().flat_map(|path| path.chain.intervals.iter().copied());
         let usual = median(&mut intervals.collect::<Vec<f64>>()).unwrap_or(0.0);
         let of_place = |place: &usize| {
-            let own = paths.iter().filter_map(|path| path.chain.information(*place));
-            let information = own.fold(0.0, f64::max);
+            let of_paths = paths.iter().filter_map(|path| path.chain.information(*place));
+            let information = of_paths.fold(0.0, f64::max);
             let q = 1.0 / (information * usual);
             if q.is_finite() { q } else { 0.0 }
         };
@@ -515,7 +516,7 @@ impl Joint<'_> {
         Some((x.collect(), vec![nothing.clone(); self.places.len()]))
     }
 
-    /// States that stay where they begin, and no inputs: where a filter loses itself.
+    /// Constant states at their start values, and no inputs: a first path where a filter diverges.
     fn resting(&self, recorded: &Recorded<'_>) -> Option<Estimated> {
         let Recorded { inputs, times, start, .. } = *recorded;
         let inputs = inputs_with_all(self.terms, inputs, times, &[]).ok()?;
@@ -529,9 +530,9 @@ impl Joint<'_> {
     /// The linearisation around states and inputs.
     fn path(&self, recorded: &Recorded<'_>, (x, d): &Estimated) -> Option<Path> {
         let Recorded { inputs: own, times, measured, .. } = *recorded;
-        let given: Vec<(usize, &[f64])> =
+        let place_inputs: Vec<(usize, &[f64])> =
             self.places.iter().copied().zip(d.iter().map(Vec::as_slice)).collect();
-        let inputs = inputs_with_all(self.terms, own, times, &given).ok()?;
+        let inputs = inputs_with_all(self.terms, own, times, &place_inputs).ok()?;
         let states = self.states();
         let last = times.len() - 1;
         let mut chain = JointChain {
@@ -558,13 +559,13 @@ impl Joint<'_> {
             let mut shift =
                 DVector::from_iterator(states.len(), states.iter().map(|i| reached[*i]));
             shift -= &x[k + 1];
-            for (place, d) in &given {
+            for (place, d) in &place_inputs {
                 shift.axpy(-d[k], &gamma.column(*place), 1.0);
             }
             let n_w = deviations.n_outputs;
             let phi = &deviations.transitions[0];
-            let mut all = phi.iter().chain(gamma.iter()).chain(shift.iter());
-            if !all.all(|x| x.is_finite()) {
+            let mut entries = phi.iter().chain(gamma.iter()).chain(shift.iter());
+            if !entries.all(|x| x.is_finite()) {
                 return None;
             }
             // The end of the last interval has readings of its own.
@@ -584,9 +585,9 @@ impl Joint<'_> {
                         let mut value = read - simulated.w(end)[output];
                         // The end of a run is not the state around which it is linear.
                         if end == 1 {
-                            value += states.dot(&(&shift + deviation(gamma, &given, k)));
+                            value += states.dot(&(&shift + deviation(gamma, &place_inputs, k)));
                         }
-                        for (place, d) in &given {
+                        for (place, d) in &place_inputs {
                             value += inputs[*place] * d[sample];
                         }
                         let variance = noise.total().powi(2);
@@ -617,8 +618,8 @@ impl Joint<'_> {
         };
         let mean = |[a, b]: [f64; 2]| {
             let part = |k: usize| a + (b - a) * (k as f64 + 0.5) / BETWEEN as f64;
-            let all: Vec<Vec<f64>> = (0..BETWEEN).map(|k| value(part(k))).collect();
-            (0..n).map(move |i| all.iter().map(|u| u[i]).sum::<f64>() / BETWEEN as f64)
+            let values: Vec<Vec<f64>> = (0..BETWEEN).map(|k| value(part(k))).collect();
+            (0..n).map(move |i| values.iter().map(|u| u[i]).sum::<f64>() / BETWEEN as f64)
         };
         let u = times.iter().flat_map(|t| value(*t)).collect();
         let u_between = times.windows(2).flat_map(|ends| mean([ends[0], ends[1]])).collect();
@@ -626,11 +627,11 @@ impl Joint<'_> {
     }
 }
 
-/// A course with states moved as the readings of their own sample ask for, between readings as at the last one.
+/// The course with states corrected by the readings of their own sample; between readings, the last correction holds.
 fn leaning((x, d): &Estimated, path: &Path) -> Estimated {
     let chain = &path.chain;
     let mut moved = DVector::zeros(chain.n());
-    let mut all = Vec::with_capacity(x.len());
+    let mut moved_states = Vec::with_capacity(x.len());
     for (k, (x, readings)) in x.iter().zip(&chain.readings).enumerate() {
         if !readings.is_empty() {
             let squares: Vec<f64> = chain.sizes.iter().map(|size| size * size).collect();
@@ -644,13 +645,13 @@ fn leaning((x, d): &Estimated, path: &Path) -> Estimated {
                 p -= &column * column.transpose() / variance;
             }
         }
-        let own = DVector::from_fn(chain.n(), |i, _| {
+        let state = DVector::from_fn(chain.n(), |i, _| {
             let is_kept = k == 0 && !chain.is_free[i];
             if is_kept { x[i] } else { x[i] + moved[i] }
         });
-        all.push(own);
+        moved_states.push(state);
     }
-    (all, d.clone())
+    (moved_states, d.clone())
 }
 
 /// Γ d₀ of an interval.

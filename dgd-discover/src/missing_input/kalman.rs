@@ -136,7 +136,7 @@ pub(crate) struct Smoothed {
 pub(crate) struct Whitened {
     /// Innovations of the residuals divided by their standard deviations.
     pub(crate) residuals: Vec<f64>,
-    /// The same of each column.
+    /// Those of each column.
     pub(crate) columns: Vec<Vec<f64>>,
     /// ln S of each, and their sum.
     pub(crate) log_variances: Vec<f64>,
@@ -171,7 +171,7 @@ impl Chain {
             .filter_map(|(output, noise)| Some((output, noise.as_ref()?.colour?)))
             .collect();
         let n = (states + coloured.len() + walk.len()).next_multiple_of(LANES);
-        let at = n - walk.len();
+        let input_position = n - walk.len();
         let mut transitions = vec![0.0; deviations.transitions.len() * n * (n - 1)];
         let systems = deviations.transitions.iter().zip(&deviations.responses).zip(&intervals);
         let matrices = transitions.chunks_exact_mut(n * (n - 1));
@@ -180,14 +180,14 @@ impl Chain {
                 for (entry, phi) in row.iter_mut().zip(transition.row(i).iter()) {
                     *entry = *phi;
                 }
-                row[at] = response[(i, place)];
+                row[input_position] = response[(i, place)];
             }
             for (i, (_, colour)) in coloured.iter().enumerate() {
                 f[(states + i) * (n + 1)] = (-h / colour.memory).exp();
             }
             if walk == Walk::Integrated {
-                f[at * n + at] = 1.0;
-                f[at * n + n - 1] = *h;
+                f[input_position * n + input_position] = 1.0;
+                f[input_position * n + n - 1] = *h;
             }
         }
         let mut shifts = vec![0.0; deviations.shifts.len() * n];
@@ -210,7 +210,7 @@ impl Chain {
                     if let Some(own) = coloured.iter().position(|(other, _)| *other == output) {
                         row[states + own] = 1.0;
                     }
-                    row[at] = seen.inputs[(output, place)];
+                    row[input_position] = seen.inputs[(output, place)];
                     rows.extend(row);
                 }
             }
@@ -220,7 +220,7 @@ impl Chain {
         Chain {
             n,
             walk,
-            at,
+            at: input_position,
             transitions,
             shifts,
             times: times.clone(),
@@ -245,13 +245,13 @@ impl Chain {
         let response = self.response(&vec![1.0; self.times.len()]);
         let of_output = |(output, noise): (usize, &Option<SensorNoise>)| {
             let Some(noise) = noise else { return 0.0 };
-            let mut seen = vec![f64::NAN; self.times.len()];
-            let own = self.measurements.iter().zip(&response);
-            for (measurement, response) in own.filter(|(m, _)| m.output == output) {
-                seen[measurement.sample] = *response;
+            let mut responses = vec![f64::NAN; self.times.len()];
+            let pairs = self.measurements.iter().zip(&response);
+            for (measurement, response) in pairs.filter(|(m, _)| m.output == output) {
+                responses[measurement.sample] = *response;
             }
-            let whitener = Whitener::new(&self.times, |k| seen[k].is_finite(), noise);
-            let whitened = whitener.apply(seen.iter().copied());
+            let whitener = Whitener::new(&self.times, |k| responses[k].is_finite(), noise);
+            let whitened = whitener.apply(responses.iter().copied());
             whitened.iter().filter(|value| value.is_finite()).map(|value| value * value).sum()
         };
         self.noise.iter().enumerate().map(of_output).sum()

@@ -1,8 +1,8 @@
-//! Locates what is missing: ranks all places of the base model.
+//! Locates the missing term: ranks all places of the base model.
 //!
 //! ```text
 //!   simulate the fitted model in all recordings ─► fit every place
-//!     ─► the best few again, around the trajectory that has what they lack ─► rank
+//!     ─► the best few again, around the trajectory with their missing term ─► rank
 //! ```
 //!
 //! Places are ranked by the likelihood of validation readings, each predicted from those before it, or of training
@@ -91,7 +91,7 @@ pub(crate) struct FoundPlace {
     pub(crate) left: f64,
     /// The unknowns along the first training recording.
     pub(crate) course: Option<Solution>,
-    /// Why it is hardly what is missing.
+    /// The reason why it is implausible.
     pub(crate) objection: Option<Objection>,
 }
 
@@ -117,7 +117,7 @@ pub(crate) struct Missing {
 const SAMPLES: usize = 3000;
 /// Minimum number of samples that each recording keeps.
 const FEWEST: usize = 200;
-/// Number of places that are fitted again around the trajectory that includes what they lack.
+/// Number of places that are fitted again around the trajectory that includes their missing term.
 const AROUND: usize = 6;
 /// Maximum number of simulations in fits of start values.
 const EVALUATIONS: usize = 40;
@@ -196,8 +196,8 @@ impl<'a> Places<'a> {
         let system = &fitted.structure.system;
         let starts = fitted.held_out_starts(data, EVALUATIONS);
         let held_out = data.valid.iter().zip(starts.into_iter().flatten()).enumerate();
-        let all = data.train.len() + data.valid.len();
-        let most = (SAMPLES / all.max(1)).max(FEWEST);
+        let n_recordings = data.train.len() + data.valid.len();
+        let most = (SAMPLES / n_recordings.max(1)).max(FEWEST);
         let train = data.train.iter().enumerate();
         let train = train
             .map(|(r, recording)| {
@@ -214,9 +214,9 @@ impl<'a> Places<'a> {
         let free = free_places(terms, fitted).into_iter();
         let free = free.map(|FreePlace { place, size, parameter }| (place, size, parameter));
         let free = free.collect();
-        let own = Values::default().parameters(system);
+        let declared = Values::default().parameters(system);
         let (p, runs_away, follows) = (fitted.p.clone(), fitted.runs_away(data), false);
-        Places { terms, data, p, own, runs_away, follows, train, valid, free }
+        Places { terms, data, p, own: declared, runs_away, follows, train, valid, free }
     }
 
     pub(super) fn system(&self) -> &Loaded {
@@ -239,7 +239,7 @@ impl<'a> Places<'a> {
             .ok_or(LinearizeError::Undetermined)
     }
 
-    /// The same around the trajectory of a filter, with d at a place.
+    /// A recording linearised around the trajectory of a filter, with d at a place.
     pub(super) fn sight_filtered(
         &self,
         thinned: &Thinned<'_>,
@@ -269,10 +269,10 @@ impl<'a> Places<'a> {
                 let nothing = vec![0.0; thinned.times.len()];
                 self.sight_filtered(thinned, 0, &nothing, &self.own)
             };
-            let all = self.train.iter().chain(&self.valid);
-            if let Some(mut train) = all.map(followed).collect::<Option<Vec<Sight>>>() {
-                let all = self.train.iter_mut().chain(&mut self.valid);
-                for (thinned, sight) in all.zip(&train) {
+            let recordings = self.train.iter().chain(&self.valid);
+            if let Some(mut train) = recordings.map(followed).collect::<Option<Vec<Sight>>>() {
+                let recordings = self.train.iter_mut().chain(&mut self.valid);
+                for (thinned, sight) in recordings.zip(&train) {
                     thinned.start.clone_from(&sight.start);
                 }
                 self.p.clone_from(&self.own);
@@ -284,8 +284,8 @@ impl<'a> Places<'a> {
         Ok([sights(&self.train)?, sights(&self.valid).unwrap_or_default()])
     }
 
-    /// The same around the simulation with d at a place and other parameters: residuals are those that the linearised
-    /// model would have without d.
+    /// A recording linearised around its simulation with d at a place and these parameters: residuals are those that
+    /// the linearised model would have without d.
     pub(super) fn sight_around(
         &self,
         thinned: &Thinned<'_>,
@@ -318,14 +318,14 @@ impl<'a> Places<'a> {
         };
         let count = self.terms.places().len();
         let progress = self.data.keeping.count("places examined", count);
-        let found = in_parallel_stateless(count, threads, |place| {
+        let fits = in_parallel_stateless(count, threads, |place| {
             let fit = plain.fit(place, &columns);
             progress.more(1);
             Some(Found::new(place, fit?, &plain, &columns))
         });
-        let mut found: Vec<Found> = found.into_iter().flatten().collect();
-        sort(&mut found, nothing.likelihood);
-        let nearest = found.len().min(AROUND);
+        let mut candidates: Vec<Found> = fits.into_iter().flatten().collect();
+        sort(&mut candidates, nothing.likelihood);
+        let nearest = candidates.len().min(AROUND);
         let again = in_parallel(self.terms, nearest, threads, |terms, k| {
             // Each thread has a system of its own.
             let places = Places {
@@ -339,19 +339,19 @@ impl<'a> Places<'a> {
                 valid: self.valid.clone(),
                 free: self.free.clone(),
             };
-            if places.data.is_over() { None } else { places.again(&found[k], &free) }
+            if places.data.is_over() { None } else { places.again(&candidates[k], &free) }
         });
-        for (found, again) in found.iter_mut().zip(again) {
+        for (place, again) in candidates.iter_mut().zip(again) {
             if let Some(again) = again {
-                *found = again;
+                *place = again;
             }
         }
-        sort(&mut found, nothing.likelihood);
-        let told = found.into_iter().filter_map(|found| {
-            let gain = found.fit.likelihood.over(nothing.likelihood);
-            (gain > 0.0).then(|| self.told(model, &found, gain))
+        sort(&mut candidates, nothing.likelihood);
+        let reported = candidates.into_iter().filter_map(|place| {
+            let gain = place.fit.likelihood.over(nothing.likelihood);
+            (gain > 0.0).then(|| self.told(model, &place, gain))
         });
-        Ok(told.collect())
+        Ok(reported.collect())
     }
 
     fn told(&self, model: &Model, found: &Found, gain: f64) -> FoundPlace {
@@ -360,8 +360,8 @@ impl<'a> Places<'a> {
         let (mut base, mut unit) = (0.0, (place.unit.clone(), 1.0));
         let declared = match place.kind {
             PlaceKind::Parameter => {
-                let mut all = self.system().signature().parameters.iter();
-                base = all.position(|p| p.name == place.name).map_or(0.0, |i| p[i]);
+                let mut parameters = self.system().signature().parameters.iter();
+                base = parameters.position(|p| p.name == place.name).map_or(0.0, |i| p[i]);
                 model.parameters.iter().map(|p| &p.declared).find(|d| d.name == place.name)
             }
             PlaceKind::Input => {
@@ -373,12 +373,12 @@ impl<'a> Places<'a> {
             PlaceKind::Equation => None,
         };
         // A term of an equation is given in the unit of a quantity of the same dimension.
-        let own = match declared {
+        let display_unit = match declared {
             Some(declared) => Some(declared.unit.of_differences()),
             None => parse_unit(&place.unit).ok().map(|unit| model.familiar(unit.dimension)),
         };
-        if let Some(own) = own {
-            unit = (own.symbol, own.factor);
+        if let Some(display_unit) = display_unit {
+            unit = (display_unit.symbol, display_unit.factor);
         }
         let windows: Vec<Vec<Window>> = (self.train.iter().zip(&found.train))
             .map(|(thinned, Estimated { piece, std, .. })| {
@@ -490,7 +490,7 @@ pub(crate) fn alone(
         .map(|at| measured[at % n_w].as_ref().map_or(f64::NAN, |all| all[at / n_w]))
         .collect();
     let residuals: Vec<f64> = readings.iter().zip(&w).map(|(m, w)| m - w).collect();
-    let mut found = unknown_input(&deviations, place, &residuals, &data.noise)?;
+    let mut unknown = unknown_input(&deviations, place, &residuals, &data.noise)?;
     let around = super::Recording {
         p: &fitted.p,
         inputs,
@@ -500,20 +500,20 @@ pub(crate) fn alone(
         noise: &data.noise,
     };
     for _ in 0..AGAIN {
-        match reconstruct(terms, &around, place, &found, &data.options) {
-            Ok(Some(again)) if again.intensity > 0.0 => found = again,
+        match reconstruct(terms, &around, place, &unknown, &data.options) {
+            Ok(Some(again)) if again.intensity > 0.0 => unknown = again,
             // The estimate is used as far as it could be refined.
             Ok(_) | Err(_) => break,
         }
     }
-    let typical = median(&mut found.std.clone())?;
-    (found.intensity > 0.0).then(|| PlaceTrace {
+    let typical = median(&mut unknown.std.clone())?;
+    (unknown.intensity > 0.0).then(|| PlaceTrace {
         followed: None,
-        times: found.times,
-        d: found.estimate,
-        std: found.std,
+        times: unknown.times,
+        d: unknown.estimate,
+        std: unknown.std,
         start: start.to_vec(),
-        resolved: 2.0 * typical * typical / found.intensity,
+        resolved: 2.0 * typical * typical / unknown.intensity,
     })
 }
 
@@ -522,7 +522,7 @@ pub(crate) fn place_of(terms: &MissingTerms, place: &Place) -> Option<usize> {
     terms.places().iter().position(|other| other == place)
 }
 
-/// Windows of what was missing at one place in each training recording.
+/// Windows in which the missing term at one place stands out in each training recording.
 pub(crate) fn windows(found: &FoundPlace) -> Vec<Vec<[f64; 2]>> {
     let ends = |windows: &Vec<Window>| windows.iter().map(|w| [w.from, w.until]).collect();
     found.windows.iter().map(ends).collect()

@@ -34,7 +34,7 @@ pub struct Place {
     pub kind: PlaceKind,
     /// The equation's label, or the name of the parameter, input or output.
     pub name: String,
-    /// Unit of what is missing there, in SI base units.
+    /// Unit of the missing term there, in SI base units.
     pub unit: String,
 }
 
@@ -108,7 +108,7 @@ impl MissingTerms {
         Self::scaled(model, &Scales::default(), engine, diagnostics)
     }
 
-    /// The same with outputs in other scales. Errors of sensors are in their own.
+    /// Opens all places of a model whose outputs are in these scales, as are the errors of sensors.
     pub(crate) fn scaled(
         model: &Model,
         scales: &Scales,
@@ -116,22 +116,23 @@ impl MissingTerms {
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, Reported> {
         let model = &scales.declared(model.clone());
-        let all = places(model);
+        let all_places = places(model);
         let open = |some: &[Place], diagnostics: &mut Diagnostics| {
             let opened = scales.applied(opened(model, some));
             assemble(&opened, diagnostics).map(|dae| lower(&dae, &[]))
         };
-        if let Ok(program) = open(&all, &mut Diagnostics::default()) {
+        if let Ok(program) = open(&all_places, &mut Diagnostics::default()) {
             let system = Loaded::with_engine(program, engine);
-            return Ok(MissingTerms { system, places: all, closed: Vec::new() });
+            return Ok(MissingTerms { system, places: all_places, closed: Vec::new() });
         }
         let (mut places, mut closed) = (Vec::new(), Vec::new());
-        for place in all {
-            let mut own = Diagnostics::default();
-            if open(std::slice::from_ref(&place), &mut own).is_ok() {
+        for place in all_places {
+            let mut place_diagnostics = Diagnostics::default();
+            if open(std::slice::from_ref(&place), &mut place_diagnostics).is_ok() {
                 places.push(place);
             } else {
-                let first = own.sorted().first().map(|diagnostic| diagnostic.message.clone());
+                let first =
+                    place_diagnostics.sorted().first().map(|diagnostic| diagnostic.message.clone());
                 closed.push(ClosedPlace { place, reason: first.unwrap_or_default() });
             }
         }
@@ -153,8 +154,9 @@ impl MissingTerms {
         if named.all(|equation| equation.is_exact) {
             return Err(NoSuchTerm::Exact);
         }
-        let own = |place: &Place| place.kind == PlaceKind::Equation && place.name == label;
-        let places: Vec<Place> = places(model).into_iter().filter(own).collect();
+        let is_of_equation =
+            |place: &Place| place.kind == PlaceKind::Equation && place.name == label;
+        let places: Vec<Place> = places(model).into_iter().filter(is_of_equation).collect();
         let mut diagnostics = Diagnostics::default();
         let program =
             assemble(&opened(model, &places), &mut diagnostics).map(|dae| lower(&dae, &[]));
@@ -189,11 +191,11 @@ fn places(model: &Model) -> Vec<Place> {
         name: name.to_owned(),
         unit: model.spelling(dimension),
     };
-    let mut all: Vec<Place> = Vec::new();
+    let mut places: Vec<Place> = Vec::new();
     for equation in model.all_equations().filter(|equation| !equation.is_exact) {
-        let own = place(PlaceKind::Equation, &equation.label, equation.dimension);
-        if !all.contains(&own) {
-            all.push(own);
+        let of_equation = place(PlaceKind::Equation, &equation.label, equation.dimension);
+        if !places.contains(&of_equation) {
+            places.push(of_equation);
         }
     }
     let equations = model.all_equations().flat_map(|equation| [equation.left, equation.right]);
@@ -205,20 +207,20 @@ fn places(model: &Model) -> Vec<Place> {
     for (i, parameter) in model.parameters.iter().enumerate() {
         if is_read(Symbol::Parameter, i) {
             let Declared { name, unit, .. } = &parameter.declared;
-            all.push(place(PlaceKind::Parameter, name, unit.dimension));
+            places.push(place(PlaceKind::Parameter, name, unit.dimension));
         }
     }
     for (i, input) in model.inputs.iter().enumerate() {
         if is_read(Symbol::Input, i) {
             let Declared { name, unit, .. } = &input.declared;
-            all.push(place(PlaceKind::Input, name, unit.dimension));
+            places.push(place(PlaceKind::Input, name, unit.dimension));
         }
     }
     for output in &model.outputs {
         let Declared { name, unit, .. } = &output.declared;
-        all.push(place(PlaceKind::Output, name, unit.dimension));
+        places.push(place(PlaceKind::Output, name, unit.dimension));
     }
-    all
+    places
 }
 
 /// A model with an unknown input at each of some places, after its own inputs and in the order of the places.
@@ -226,11 +228,11 @@ fn opened(base: &Model, places: &[Place]) -> Model {
     let mut model = base.clone();
     let first = model.inputs.len();
     let mut behind: HashMap<Symbol, ExprId> = HashMap::new();
-    let mut given: Vec<ExprId> = Vec::new();
+    let mut unknown_inputs: Vec<ExprId> = Vec::new();
     for place in places {
         let position = |mut names: Box<dyn Iterator<Item = &Declared> + '_>| {
-            let found = names.position(|declared| declared.name == place.name);
-            found.and_then(|i| u32::try_from(i).ok())
+            let index = names.position(|declared| declared.name == place.name);
+            index.and_then(|i| u32::try_from(i).ok())
         };
         let (symbol, dimension) = match place.kind {
             PlaceKind::Parameter => {
@@ -244,10 +246,10 @@ fn opened(base: &Model, places: &[Place]) -> Model {
                 (i.map(Symbol::Input), unit.map(|unit| unit.dimension))
             }
             PlaceKind::Equation => {
-                let mut all = base.all_equations();
-                let own =
-                    all.find(|e| e.label == place.name && base.spelling(e.dimension) == place.unit);
-                (None, own.map(|equation| equation.dimension))
+                let mut equations = base.all_equations();
+                let matching = equations
+                    .find(|e| e.label == place.name && base.spelling(e.dimension) == place.unit);
+                (None, matching.map(|equation| equation.dimension))
             }
             PlaceKind::Output => {
                 let i = position(Box::new(base.outputs.iter().map(|output| &output.declared)));
@@ -256,10 +258,10 @@ fn opened(base: &Model, places: &[Place]) -> Model {
         };
         let dimension = dimension.unwrap_or(Dimension::ONE);
         let d = unknown_input(&mut model.graph, &mut model.inputs, &place.called(), dimension);
-        given.push(d);
+        unknown_inputs.push(d);
         if let Some(symbol) = symbol {
-            let own = model.graph.symbol(symbol);
-            let sum = model.graph.add(own, d);
+            let original = model.graph.symbol(symbol);
+            let sum = model.graph.add(original, d);
             behind.insert(symbol, sum);
         }
     }
@@ -268,7 +270,7 @@ fn opened(base: &Model, places: &[Place]) -> Model {
     let added = |kind: PlaceKind, name: &str, unit: &str| {
         let is_own =
             |place: &&Place| place.kind == kind && place.name == name && place.unit == unit;
-        places.iter().zip(&given).find(|(place, _)| is_own(place)).map(|(_, d)| *d)
+        places.iter().zip(&unknown_inputs).find(|(place, _)| is_own(place)).map(|(_, d)| *d)
     };
     let graph = &mut model.graph;
     let shifted = |graph: &mut Graph, root: ExprId| {

@@ -1,4 +1,4 @@
-//! Estimates what is missing in each equation and sensor: a model, a recording and its residuals in, an input d(t) for
+//! Estimates the missing term of each equation and sensor: a model, a recording and its residuals in, an input d(t) for
 //! each place out.
 //!
 //! [`MissingTerms`] is the model with an unknown input everywhere, [`Deviations`] its linearisation along a trajectory,

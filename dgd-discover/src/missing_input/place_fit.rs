@@ -122,22 +122,23 @@ impl Sights<'_> {
         let price = 0.5 * (self.readings().max(2) as f64).ln();
         let mut best: Option<PlaceFit> = None;
         for walk in Walk::ALL {
-            let all = self.seen_in_training(place, walk, columns);
+            let chains = self.seen_in_training(place, walk, columns);
             let information: f64 =
-                all.iter().map(|seen| seen.chain.information_on_a_constant()).sum();
-            let duration = all.iter().map(|seen| seen.chain.duration()).fold(0.0, f64::max);
+                chains.iter().map(|seen| seen.chain.information_on_a_constant()).sum();
+            let duration = chains.iter().map(|seen| seen.chain.duration()).fold(0.0, f64::max);
             if !(information > 0.0 && information.is_finite() && duration > 0.0) {
                 return None;
             }
             let unit = scale(walk, duration) / information.sqrt();
             let intensity = |decades: f64| (unit * 10f64.powf(decades)).powi(2) / duration;
-            let likelihood = |q: f64| normal(&all, q).map_or(f64::NEG_INFINITY, |n| n.likelihood());
+            let likelihood =
+                |q: f64| normal(&chains, q).map_or(f64::NEG_INFINITY, |n| n.likelihood());
             let (decades, largest) = maximum(|decades| likelihood(intensity(decades)));
             let numbers = if walk == Walk::Integrated { 2.0 } else { 1.0 };
             let train = largest - numbers * price;
             if train.is_finite() && best.as_ref().is_none_or(|best| train > best.likelihood.train) {
                 let intensity = intensity(decades);
-                let changes = normal(&all, intensity)?.solution()?;
+                let changes = normal(&chains, intensity)?.solution()?;
                 let likelihood = Likelihood { train, valid: None };
                 best = Some(PlaceFit { walk, intensity, changes, likelihood });
             }
@@ -147,11 +148,11 @@ impl Sights<'_> {
         Some(best)
     }
 
-    /// The same with nothing missing; `place` is arbitrary.
+    /// The fit with nothing missing; `place` is arbitrary.
     pub(crate) fn nothing(&self, place: usize, columns: &Columns) -> Option<PlaceFit> {
         let walk = Walk::Random;
-        let all = self.seen_in_training(place, walk, columns);
-        let normal = normal(&all, 0.0)?;
+        let chains = self.seen_in_training(place, walk, columns);
+        let normal = normal(&chains, 0.0)?;
         let likelihood = Likelihood { train: normal.likelihood(), valid: None };
         let changes = normal.solution()?;
         let mut nothing = PlaceFit { walk, intensity: 0.0, changes, likelihood };
@@ -160,8 +161,8 @@ impl Sights<'_> {
     }
 
     fn seen_in_training(&self, place: usize, walk: Walk, columns: &Columns) -> Vec<Seen> {
-        let all = self.train.iter().zip(&columns.train);
-        all.map(|(sight, columns)| self.seen(sight, place, walk, columns)).collect()
+        let pairs = self.train.iter().zip(&columns.train);
+        pairs.map(|(sight, columns)| self.seen(sight, place, walk, columns)).collect()
     }
 
     fn readings(&self) -> usize {
@@ -174,8 +175,8 @@ impl Sights<'_> {
             return None;
         }
         let of_sight = |(sight, columns): (&Sight, &Vec<Vec<f64>>)| {
-            let seen = self.seen(sight, place, fit.walk, columns);
-            seen.log_density(fit.intensity, &fit.changes, sight.counts_from)
+            let chain = self.seen(sight, place, fit.walk, columns);
+            chain.log_density(fit.intensity, &fit.changes, sight.counts_from)
         };
         let sum: f64 = self.valid.iter().zip(&columns.valid).map(of_sight).sum();
         Some(if sum.is_finite() { sum } else { f64::NEG_INFINITY })

@@ -1,7 +1,7 @@
-//! How much of a discrepancy a place can take, and whether what it would have to do is plausible.
+//! How much of a discrepancy a place explains, and whether the change that this requires is plausible.
 //!
-//! A free input at one place follows nearly any readings, so a likelihood alone ranks a sensor that is off by more than
-//! it ever reads among the best.
+//! A free input at one place follows nearly any readings, so a likelihood alone ranks a sensor whose error exceeds all
+//! of its readings among the best.
 
 use dgd_compiler::model::Model;
 use dgd_runtime::{Problem, Side, Solution, observe, simulate};
@@ -13,7 +13,7 @@ use super::thinned::Thinned;
 /// Standard deviations by which a value has to be beyond a limit.
 const BEYOND: f64 = 2.0;
 
-/// Why a place is hardly what is missing.
+/// Why a place is implausible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Objection {
     /// A parameter would change its sign.
@@ -26,7 +26,8 @@ pub(crate) enum Objection {
 
 impl Places<'_> {
     /// Mean square of the residuals relative to the noise in simulations of the training recordings with the estimates
-    /// at a place, and the unknowns along the first of them. An output that is farther off than its mean counts as that.
+    /// at a place, and the unknowns along the first of them. An output counts at most as much as its readings about
+    /// their mean.
     pub(super) fn left_with(&self, found: &Found, p: &[f64]) -> (f64, Option<Solution>) {
         let (mut sum, mut count, mut first) = (0.0, 0, None);
         for (thinned, estimated) in self.train.iter().zip(&found.train) {
@@ -46,14 +47,14 @@ impl Places<'_> {
                 let Some(noise) = noise.as_ref().filter(|noise| noise.total() > 0.0) else {
                     continue;
                 };
-                let own = |all: &[f64]| -> Vec<f64> {
-                    let own = all.iter().skip(output).step_by(n_w).copied();
-                    own.filter(|x| x.is_finite()).collect()
+                let of_output = |all: &[f64]| -> Vec<f64> {
+                    let values = all.iter().skip(output).step_by(n_w).copied();
+                    values.filter(|x| x.is_finite()).collect()
                 };
-                let read = own(&readings);
+                let read = of_output(&readings);
                 let at_most = spread(&read).powi(2) * read.len() as f64;
                 let left = residuals.as_ref().map_or(f64::INFINITY, |residuals| {
-                    own(residuals).iter().map(|x| x * x).sum::<f64>()
+                    of_output(residuals).iter().map(|x| x * x).sum::<f64>()
                 });
                 sum += left.min(at_most) / noise.total().powi(2);
                 count += read.len();
@@ -63,7 +64,7 @@ impl Places<'_> {
     }
 }
 
-/// Why a place with these traces is hardly what is missing. `base` is the value of a parameter in the base model.
+/// Why a place with these traces is implausible. `base` is the value of a parameter in the base model.
 pub(super) fn objection(
     place: &Place,
     model: &Model,
@@ -75,9 +76,12 @@ pub(super) fn objection(
     match place.kind {
         PlaceKind::Equation => None,
         PlaceKind::Parameter => {
-            let own = model.parameters.iter().find(|p| p.declared.name == place.name)?;
+            let parameter = model.parameters.iter().find(|p| p.declared.name == place.name)?;
             let mut values = changes().map(|(d, std)| (base + d, BEYOND * std));
-            if values.clone().any(|(x, beyond)| x < own.lower - beyond || x > own.upper + beyond) {
+            if values
+                .clone()
+                .any(|(x, beyond)| x < parameter.lower - beyond || x > parameter.upper + beyond)
+            {
                 return Some(Objection::Bounds);
             }
             values.any(|(x, beyond)| x * base < 0.0 && x.abs() > beyond).then_some(Objection::Sign)
@@ -105,7 +109,7 @@ pub(super) fn objection(
     }
 }
 
-/// Whether errors vary more than what was recorded. What never moved says nothing, and an offset is no size.
+/// Whether errors vary more than the recorded values, each about their mean. Values that never move are not compared.
 fn is_beyond(errors: impl Iterator<Item = f64>, recorded: &[f64]) -> Option<Objection> {
     let finite = |all: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
         all.filter(|x| x.is_finite()).collect()

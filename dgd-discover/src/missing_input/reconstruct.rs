@@ -1,8 +1,8 @@
 //! Re-estimates a large missing input, linearised around the trajectory that includes it.
 //!
-//! A leak that empties a tank takes the plant far from the simulation without a leak, and a linearisation there says
-//! little about the real trajectory. So the model is simulated with the estimate, and the estimate is repeated around
-//! that trajectory, as in an iterated extended Kalman smoother:
+//! A leak that empties a tank takes the plant far from the simulation without a leak, where a linearisation does not
+//! describe the real trajectory. So the model is simulated with the estimate, and the estimate is repeated around that
+//! trajectory, as in an iterated extended Kalman smoother:
 //!
 //! ```text
 //!   y̅ = simulation with d̅;   r = measured − w(y̅) + (response of the linearised model to d̅)
@@ -32,7 +32,7 @@ use dgd_screen::noise::SensorNoise;
 /// | `start` | start values that replace the model's, by position of the unknown |
 /// | `times` | samples, as for a simulation |
 /// | `measured` | n_w per sample; not finite where not measured |
-/// | `noise` | n_w; `None` where an output takes no part |
+/// | `noise` | n_w; `None` for an output that is left out |
 #[derive(Debug, Clone, Copy)]
 pub struct Recording<'a> {
     /// Parameters, SI.

@@ -30,11 +30,11 @@ impl<'a> Thinned<'a> {
     /// Readings, n_w per sample.
     pub(super) fn readings(&self) -> Vec<f64> {
         let measured = &self.recording.measured;
-        let of = |k: &usize| {
+        let of_sample = |k: &usize| {
             let read = |of: &Option<Vec<f64>>| of.as_ref().map_or(f64::NAN, |all| all[*k]);
             measured.iter().map(read).collect::<Vec<f64>>()
         };
-        self.samples.iter().flat_map(of).collect()
+        self.samples.iter().flat_map(of_sample).collect()
     }
 
     /// Measured minus simulated, n_w per sample.

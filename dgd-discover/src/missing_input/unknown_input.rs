@@ -1,8 +1,8 @@
 //! Estimates the unknown input at one place of any model.
 //!
-//! Haukanes (2015, eq. 3.10) computed, from the measured level of a riser, the flow that its balance would have needed,
-//! and recognised the effect in its trace. Here the same is done for every equation and sensor: the unknown input d at
-//! one place is a random walk of intensity q, ⟨(d(t + h) − d(t))²⟩ = q h, whose effect on measurements is given by the
+//! Haukanes (2015, eq. 3.10) computed, from the measured level of a riser, the flow missing from its balance, and
+//! recognised the effect in its trace. Here the same is done for every equation and sensor: the unknown input d at one
+//! place is a random walk of intensity q, ⟨(d(t + h) − d(t))²⟩ = q h, whose effect on measurements is given by the
 //! linearised model, and which a smoother estimates from the whole recording.
 //!
 //! q maximises the likelihood of the measured residuals: √(q T) on a grid of decades above the size of a just
@@ -10,9 +10,9 @@
 //! [`UnknownInput::gain`]. Since q cannot be negative, 2·gain of noise alone exceeds c with a probability of ½ P(χ²₁ >
 //! c) (Self & Liang, J. Am. Stat. Assoc. 82 (1987) 605–610, case 5).
 //!
-//! The estimate tells where, not what: an input that is free in time can explain, at a cost, what is really missing
-//! elsewhere. Compare the gains of all places. For effects so large that the model is no longer linear in them, use
-//! [`reconstruct`](crate::reconstruct).
+//! The estimate shows the place, not the cause: an input that is free in time can explain, at a cost, a term that is
+//! really missing elsewhere. Compare the gains of all places. For effects so large that the model is no longer linear
+//! in them, use [`reconstruct`](crate::reconstruct).
 //!
 //! Source of the approach: Kristensen, Madsen, Jørgensen, Parameter estimation in stochastic
 //! grey-box models, Automatica 40 (2004) 225–237.
@@ -95,18 +95,18 @@ pub fn unknown_input(
     let nothing = chain.log_likelihood(0.0);
     let (decades, best) = maximum(|decades| chain.log_likelihood(intensity(decades)));
     let gain = best - nothing;
-    let found = gain > 0.0 && gain.is_finite();
-    let intensity = if found { intensity(decades) } else { 0.0 };
+    let is_found = gain > 0.0 && gain.is_finite();
+    let intensity = if is_found { intensity(decades) } else { 0.0 };
 
     let mut smoothed = chain.smooth(intensity);
-    if !found {
+    if !is_found {
         smoothed.std.fill(just_seen);
     }
     let mut left = vec![f64::NAN; residuals.len()];
     for (measurement, residual) in chain.measurements.iter().zip(&smoothed.residuals) {
         left[measurement.sample * n_w + measurement.output] = *residual;
     }
-    let windows = if found && gain > SIGNIFICANT_GAIN {
+    let windows = if is_found && gain > SIGNIFICANT_GAIN {
         standing_out(&deviations.times, &smoothed.input, &smoothed.std, intensity)
     } else {
         Vec::new()
@@ -116,7 +116,7 @@ pub fn unknown_input(
         estimate: smoothed.input,
         std: smoothed.std,
         intensity,
-        gain: if found { gain } else { 0.0 },
+        gain: if is_found { gain } else { 0.0 },
         windows,
         residuals: left,
     })

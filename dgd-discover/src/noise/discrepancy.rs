@@ -110,7 +110,7 @@ fn standing_out(
         }
     };
     let (mut first, mut end) = (0, 0);
-    let mut found = Vec::new();
+    let mut exceeding = Vec::new();
     for (centre, &k) in left.iter().enumerate() {
         while first < centre && times[left[first]] < times[k] - 0.5 * length {
             first += 1;
@@ -121,10 +121,10 @@ fn standing_out(
         }
         let sigma = (sums[end] - sums[first]) / std(first, end);
         if sigma.abs() > threshold {
-            found.push((centre, sigma));
+            exceeding.push((centre, sigma));
         }
     }
-    found
+    exceeding
 }
 
 /// Sums of correlations over all pairs of samples in a range, Σ ρ(t_j − t_i) with ρ(τ) = e^(−τ/T).

@@ -7,8 +7,8 @@ use dgd_screen::spikes;
 
 use super::recorded::{noise_of, readings};
 
-/// Recordings without such readings, and how many each output has lost. If they are more than a fraction [`MOST`] of an
-/// output's readings, all are kept: anything that frequent is not a spike.
+/// Recordings without isolated outliers, and the number of readings that each output has lost. If they are more than a
+/// fraction [`MOST`] of an output's readings, all are kept: anything that frequent is not a spike.
 pub(crate) fn without_spikes(recordings: &[Recording]) -> (Vec<Recording>, Vec<usize>) {
     let noise = noise_of(recordings, &readings(recordings));
     without(recordings, noise.len(), |_, values, output| {
@@ -17,7 +17,7 @@ pub(crate) fn without_spikes(recordings: &[Recording]) -> (Vec<Recording>, Vec<u
     })
 }
 
-/// The same with the residuals of a fitted model: if a quantity changes quickly, spikes show only there.
+/// [`without_spikes`] with the residuals of a fitted model: if a quantity changes quickly, spikes show only there.
 ///
 /// A reading is a spike only if both its residual and the reading itself stand out from their neighbours: a residual at
 /// a step may be the model's fault.
@@ -41,10 +41,10 @@ fn lonely(readings: &[f64], residuals: &[f64], std: f64) -> Vec<usize> {
     let stands_alone = |near: &&[usize]| {
         let [before, k, after] = **near else { return false };
         let height = |of: &[f64]| of[k] - 0.5 * (of[before] + of[after]);
-        let own = height(residuals);
-        own.abs() > clear
-            && (residuals[before] - residuals[after]).abs() < 0.5 * own.abs()
-            && height(readings) * own.signum() > OF_ITS_OWN * own.abs()
+        let residual_height = height(residuals);
+        residual_height.abs() > clear
+            && (residuals[before] - residuals[after]).abs() < 0.5 * residual_height.abs()
+            && height(readings) * residual_height.signum() > OF_ITS_OWN * residual_height.abs()
     };
     valid.windows(3).filter(stands_alone).map(|near| near[1]).collect()
 }
@@ -58,7 +58,7 @@ fn without(
     let mut lost = vec![0; outputs];
     let mut kept = recordings.to_vec();
     for (output, lost) in lost.iter_mut().enumerate() {
-        let found: Vec<Vec<usize>> = recordings
+        let outliers: Vec<Vec<usize>> = recordings
             .iter()
             .enumerate()
             .map(|(r, recording)| match &recording.measured[output] {
@@ -66,14 +66,15 @@ fn without(
                 None => Vec::new(),
             })
             .collect();
-        let all = recordings.iter().filter_map(|recording| recording.measured[output].as_ref());
-        let count: usize = all.map(|values| values.iter().filter(|v| v.is_finite()).count()).sum();
-        let number: usize = found.iter().map(Vec::len).sum();
+        let columns = recordings.iter().filter_map(|recording| recording.measured[output].as_ref());
+        let count: usize =
+            columns.map(|values| values.iter().filter(|v| v.is_finite()).count()).sum();
+        let number: usize = outliers.iter().map(Vec::len).sum();
         if number as f64 > MOST * count as f64 {
             continue;
         }
         *lost = number;
-        for (recording, samples) in kept.iter_mut().zip(found) {
+        for (recording, samples) in kept.iter_mut().zip(outliers) {
             if let Some(values) = &mut recording.measured[output] {
                 for sample in samples {
                     values[sample] = f64::NAN;
@@ -88,7 +89,7 @@ fn without(
 /// sample late it is half.
 const OF_ITS_OWN: f64 = 0.75;
 
-/// How often pure noise may lose a reading.
+/// Probability that pure noise loses a reading.
 const FALSE_ALARMS: f64 = 1e-3;
 
 /// Largest fraction of an output's readings that may be left out.

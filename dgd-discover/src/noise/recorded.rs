@@ -16,10 +16,10 @@ pub(crate) fn noise_of(
             Some((noise, measured.len() as f64))
         });
         let parts: Vec<(SensorNoise, f64)> = parts.collect();
-        let all: f64 = parts.iter().map(|(_, n)| n).sum();
+        let total: f64 = parts.iter().map(|(_, n)| n).sum();
         // σ² = Σ n σᵢ² / Σ n; relative errors of independent parts add in squares.
         let mean = |f: &dyn Fn(&SensorNoise) -> f64| {
-            parts.iter().map(|(noise, n)| n / all * f(noise)).sum::<f64>()
+            parts.iter().map(|(noise, n)| n / total * f(noise)).sum::<f64>()
         };
         let (noise, _) = parts.first()?;
         Some(SensorNoise {

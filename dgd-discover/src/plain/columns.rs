@@ -1,4 +1,4 @@
-//! Recorded columns that may not be what they are taken for.
+//! Possible faults of recorded columns.
 
 use std::sync::Arc;
 
@@ -23,18 +23,18 @@ pub(super) enum Signal {
     Output(usize),
 }
 
-/// What may be wrong with recorded columns.
+/// A possible fault of recorded columns.
 #[derive(Debug, Clone)]
 pub(crate) enum Fault {
-    /// A column is in another unit than the model has.
+    /// A column is not in the unit that the model declares.
     Unit { name: String, unit: Unit, meant_in: Unit },
     /// Two columns are exchanged.
     Exchanged([String; 2]),
-    /// Between samples an input goes on otherwise than declared.
+    /// An input is not interpolated as declared.
     Between { name: String, is: Interpolation },
     /// A column stays at one value; `lost` readings from that time are left out.
     Stuck { name: String, unit: Unit, since: Vec<Since>, lost: usize },
-    /// Times are in another unit than seconds, of all recordings.
+    /// Times of all recordings are in another unit than seconds.
     Clock { meant_in: Unit },
 }
 
@@ -57,14 +57,14 @@ enum Change {
     },
 }
 
-/// Sizes of units that are taken for each other differ by at least this factor.
+/// Minimum ratio of units that are mistaken for each other.
 const APART: f64 = 1.5;
 
-/// All faults of columns that there may be.
+/// All possible faults of columns.
 pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
     let signature = plain.fitted.structure.system.signature();
     let signals = signals(plain, signature);
-    let mut all: Vec<(Fault, Change)> = Vec::new();
+    let mut faults: Vec<(Fault, Change)> = Vec::new();
     for (signal, name, unit) in &signals {
         for meant_in in mistaken(unit) {
             // number → the SI value that it would have.
@@ -75,7 +75,7 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
             }
             let change = Change::Scaled { signal: *signal, factor, offset };
             let (name, unit) = (name.clone(), unit.clone());
-            all.push((Fault::Unit { name, unit, meant_in }, change));
+            faults.push((Fault::Unit { name, unit, meant_in }, change));
         }
     }
     for (k, (one, name, unit)) in signals.iter().enumerate() {
@@ -83,7 +83,7 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
             signals[k + 1..].iter().filter(|(_, _, other)| other.dimension == unit.dimension)
         {
             let names = [name.clone(), other_name.clone()];
-            all.push((Fault::Exchanged(names), Change::Exchanged(*one, *other)));
+            faults.push((Fault::Exchanged(names), Change::Exchanged(*one, *other)));
         }
     }
     for (input, declared) in signature.inputs.iter().enumerate() {
@@ -92,15 +92,15 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
             Interpolation::Linear => Interpolation::Hold,
         };
         let name = declared.name.to_string();
-        all.push((Fault::Between { name, is }, Change::Between { input, is }));
+        faults.push((Fault::Between { name, is }, Change::Between { input, is }));
     }
     let second = parse_unit("s").expect("a unit");
     for meant_in in mistaken(&second) {
         let change = Change::Clock { factor: meant_in.factor };
-        all.push((Fault::Clock { meant_in }, change));
+        faults.push((Fault::Clock { meant_in }, change));
     }
     let changed =
-        all.into_iter().filter_map(|(fault, change)| suspect(plain, signature, fault, change));
+        faults.into_iter().filter_map(|(fault, change)| suspect(plain, signature, fault, change));
     changed.chain(stuck::suspects(plain)).collect()
 }
 
@@ -111,10 +111,10 @@ fn suspect(
     change: Change,
 ) -> Option<Suspect> {
     let Plain { base, data, .. } = *plain;
-    let all = |recordings: &[Recording]| -> Option<Vec<Recording>> {
+    let all_changed = |recordings: &[Recording]| -> Option<Vec<Recording>> {
         recordings.iter().map(|one| change.applied(one, signature)).collect()
     };
-    let (train, valid) = (all(data.train)?, all(data.valid)?);
+    let (train, valid) = (all_changed(data.train)?, all_changed(data.valid)?);
     let noise = change.noise(&data.noise, &train);
     let clock = if let Change::Clock { factor } = change { factor } else { 1.0 };
     let counts_from = data.counts_from.iter().map(|from| clock * from).collect();
@@ -146,14 +146,14 @@ pub(super) fn signals(plain: &Plain<'_>, signature: &Signature) -> Vec<(Signal, 
 }
 
 impl Change {
-    /// The recording as it would have been; `None` if that cannot be made of it.
+    /// The recording without the fault; `None` if it cannot be derived.
     fn applied(self, recording: &Recording, signature: &Signature) -> Option<Recording> {
         let mut columns = columns(recording, signature.inputs.len());
         let mut between: Vec<Interpolation> =
             signature.inputs.iter().map(|input| input.interpolation).collect();
-        // Inputs have to be what their values at the samples make of them.
-        let own = rebuilt(signature, &recording.times, &columns, &between)?;
-        if !are_alike(&own, &recording.inputs, &recording.times, &columns) {
+        // Inputs must follow from their values at the samples.
+        let rebuilt_inputs = rebuilt(signature, &recording.times, &columns, &between)?;
+        if !are_alike(&rebuilt_inputs, &recording.inputs, &recording.times, &columns) {
             return None;
         }
         let mut changed = recording.clone();
@@ -226,7 +226,7 @@ pub(super) fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
     columns
 }
 
-/// One of these values, or of the readings.
+/// The values of one of these columns, or the readings of an output.
 pub(super) fn signal_of(
     recording: &Recording,
     signal: Signal,
@@ -238,7 +238,7 @@ pub(super) fn signal_of(
     }
 }
 
-/// Whether inputs are the same between samples, but for rounding.
+/// Whether inputs are the same between samples, except for rounding.
 fn are_alike(one: &Inputs, other: &Inputs, times: &[f64], columns: &[Vec<f64>]) -> bool {
     const ROUNDING: f64 = 1e-9;
     let sizes: Vec<f64> =
@@ -258,18 +258,18 @@ fn rebuilt(
     columns: &[Vec<f64>],
     between: &[Interpolation],
 ) -> Option<Inputs> {
-    let all = signature.inputs.iter().zip(columns).zip(between);
-    let all: Vec<Column<'_>> = all
+    let declared = signature.inputs.iter().zip(columns).zip(between);
+    let columns: Vec<Column<'_>> = declared
         .map(|((input, values), interpolation)| Column {
             name: &input.name,
             interpolation: *interpolation,
             values,
         })
         .collect();
-    Inputs::recorded(times, &all).ok()
+    Inputs::recorded(times, &columns).ok()
 }
 
-/// The model with an input that goes on otherwise between samples.
+/// The model with another interpolation of an input.
 fn with_interpolation(base: &BaseModel, input: &str, is: Interpolation) -> BaseModel {
     let mut base = base.clone();
     visit::items_mut(&mut base.asts[0].items, &mut |item| {
@@ -291,7 +291,7 @@ fn with_interpolation(base: &BaseModel, input: &str, is: Interpolation) -> BaseM
     base
 }
 
-/// The word of the language.
+/// The keyword of the language.
 pub(crate) fn between(is: Interpolation) -> &'static str {
     match is {
         Interpolation::Hold => "hold",

@@ -1,10 +1,10 @@
-//! Recordings that differ: each is explained by the model, with its own value of a number, offset of a sensor or rate of
-//! the clock, and all of them together are not.
+//! Recordings that differ: the model explains each of them, with its own value of a number, offset of a sensor or rate
+//! of the clock, but not all of them together.
 //!
 //! ```text
 //!   the base model fitted to each recording alone: which does it explain?
 //!     ─► all:   each parameter that is estimated, with its own value in each recording
-//!     ─► one:   what is not estimated, as it is in that recording, and another in each of the others
+//!     ─► one:   each value that is not estimated, as declared in that recording, and estimated in each of the others
 //!     ─► values that are alike become one, and the fit is repeated
 //! ```
 
@@ -21,7 +21,7 @@ use crate::fit::{Data, Fitted, StartPoint, cost_at, whitened_square};
 use crate::library::{Structure, StructureId, Values, with_constant_inputs};
 use crate::search::Search;
 
-/// Number of recordings that are tried as the one that is as the text has it: at most one of two is unlike all others.
+/// Number of recordings that are tried as the one with the declared value: at most one of two is unlike all others.
 const REFERENCES: usize = 2;
 
 /// Groups of recordings, each with its own value of something.
@@ -32,37 +32,38 @@ pub(crate) struct Difference {
     pub(crate) train: Vec<usize>,
     /// … and of each validation recording.
     pub(crate) valid: Vec<usize>,
-    /// What is estimated in each group after the first.
+    /// The parameter that is estimated in each group after the first.
     names: Vec<String>,
 }
 
-/// A value of a group with its standard deviation, SI; none where it is as the text has it.
+/// A value of a group with its standard deviation, SI; a declared value has none.
 type OwnValue = (f64, Option<f64>);
 
 impl Difference {
     /// The value of each group.
     pub(crate) fn values(&self, fitted: &Fitted) -> Vec<OwnValue> {
         let nothing = (self.own.nothing(), None);
-        let of = |name: Option<&str>| match name {
+        let value_of = |name: Option<&str>| match name {
             None => nothing,
             Some(name) => {
-                let mut all = fitted.estimates.iter().filter(|e| e.recording.is_none());
-                let found = all.find(|estimate| estimate.name == name);
-                found.map_or(nothing, |estimate| (estimate.value, estimate.std))
+                let mut shared_estimates =
+                    fitted.estimates.iter().filter(|e| e.recording.is_none());
+                let matching = shared_estimates.find(|estimate| estimate.name == name);
+                matching.map_or(nothing, |estimate| (estimate.value, estimate.std))
             }
         };
-        self.parameters().map(of).collect()
+        self.parameters().map(value_of).collect()
     }
 
-    /// The parameter of each group; `None` for a first group that is as the text has it.
+    /// The parameter of each group; `None` for a first group with the declared value.
     fn parameters(&self) -> impl Iterator<Item = Option<&str>> {
         std::iter::once(self.own.of_first()).chain(self.names.iter().map(|name| Some(&**name)))
     }
 
     /// Whether a group's value is at a bound.
     fn is_at_bound(&self, fitted: &Fitted) -> bool {
-        let mut all = fitted.estimates.iter().filter(|e| e.recording.is_none());
-        all.any(|estimate| {
+        let mut shared = fitted.estimates.iter().filter(|e| e.recording.is_none());
+        shared.any(|estimate| {
             self.parameters().flatten().any(|name| name == estimate.name)
                 && fitted.is_at_bound(estimate)
         })
@@ -77,14 +78,14 @@ impl Difference {
                 fitted.estimates[*e].recording.is_none() && fitted.estimates[*e].name == name
             })
         };
-        let own: Vec<Option<Option<usize>>> = self
+        let group_places: Vec<Option<Option<usize>>> = self
             .parameters()
             .map(|name| match name {
                 None => Some(None),
                 Some(name) => place(name).map(Some),
             })
             .collect();
-        let own: Vec<Option<usize>> = own.into_iter().collect::<Option<_>>()?;
+        let group_places: Vec<Option<usize>> = group_places.into_iter().collect::<Option<_>>()?;
         let values: Vec<f64> = self.values(fitted).into_iter().map(|(value, _)| value).collect();
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -93,7 +94,7 @@ impl Difference {
             _ => 0.0,
         };
         let is_apart = |pair: &[usize]| {
-            let [a, b] = [own[pair[0]], own[pair[1]]];
+            let [a, b] = [group_places[pair[0]], group_places[pair[1]]];
             let variance = shared(a, a) + shared(b, b) - 2.0 * shared(a, b);
             values[pair[1]] - values[pair[0]] > SIGNIFICANT * variance.max(0.0).sqrt()
         };
@@ -129,7 +130,7 @@ impl Plain<'_> {
             && difference.ranked(&cause.fitted, &data).is_some_and(is_apart)
     }
 
-    /// The base model fitted to each recording alone, where it explains it.
+    /// The base model fitted to each recording alone; `None` if it does not explain the recording.
     fn alone(&self, search: &Search<'_>) -> Vec<Option<Values>> {
         let Plain { base, model, fitted, names, data, threads } = *self;
         let (of, seed) = (search.base, search.seed);
@@ -138,7 +139,7 @@ impl Plain<'_> {
             if data.is_over() {
                 return None;
             }
-            let own = Data {
+            let data_alone = Data {
                 train: &data.train[r..=r],
                 valid: &[],
                 counts_from: Vec::new(),
@@ -153,9 +154,10 @@ impl Plain<'_> {
                     start
                 })
                 .collect();
-            let alone = Fitted::new(fitted.structure.clone(), &from, &points, &own, EVALUATIONS);
+            let alone =
+                Fitted::new(fitted.structure.clone(), &from, &points, &data_alone, EVALUATIONS);
             let alone = alone.ok()?;
-            let explains = Search::new(of, &[], own, 1, seed).leaves_nothing(&alone);
+            let explains = Search::new(of, &[], data_alone, 1, seed).leaves_nothing(&alone);
             explains.then_some(alone.values)
         })
     }
@@ -163,39 +165,42 @@ impl Plain<'_> {
     fn differences(&self, alone: &[Option<Values>]) -> Vec<Suspect> {
         let Plain { base, model, fitted, data, .. } = *self;
         let count = data.train.len();
-        let mut all = Vec::new();
+        let mut differences = Vec::new();
         let (estimated, held): (Vec<_>, Vec<_>) =
             numbers::all(base, model).into_iter().partition(|number| number.is_estimated(fitted));
         if alone.iter().all(Option::is_some) {
-            let of = |number| (Own::Number(number, true), (0..count).collect());
-            all.extend(estimated.into_iter().map(of));
+            let differing = |number| (Own::Number(number, true), (0..count).collect());
+            differences.extend(estimated.into_iter().map(differing));
         }
         let outputs = model.outputs.iter().zip(&data.noise);
         let offsets = outputs
             .filter(|(_, noise)| noise.is_some())
             .map(|(own, _)| Own::Offset(own.declared.name.clone(), own.declared.unit.clone()));
-        let held = held.into_iter().map(|number| Own::Number(number, false));
-        let held: Vec<Own> = held.chain(offsets).chain(std::iter::once(Own::Clock)).collect();
+        let held_numbers = held.into_iter().map(|number| Own::Number(number, false));
+        let unestimated: Vec<Own> =
+            held_numbers.chain(offsets).chain(std::iter::once(Own::Clock)).collect();
         for reference in (0..count.min(REFERENCES)).filter(|r| alone[*r].is_some()) {
             let groups = |r: usize| match r {
                 r if r == reference => 0,
                 r if r < reference => r + 1,
                 r => r,
             };
-            all.extend(held.iter().map(|own| (own.clone(), (0..count).map(groups).collect())));
+            differences.extend(
+                unestimated.iter().map(|own| (own.clone(), (0..count).map(groups).collect())),
+            );
         }
-        let suspects = all.into_iter().filter_map(|(own, train)| self.apart(own, train));
+        let suspects = differences.into_iter().filter_map(|(own, train)| self.apart(own, train));
         suspects.enumerate().map(|(position, one)| Suspect { position, ..one }).collect()
     }
 
-    /// Recordings in these groups, each with its own value.
+    /// Recordings in these groups, each group with its own value.
     fn apart(&self, own: Own, train: Vec<usize>) -> Option<Suspect> {
         let Plain { base, data, names: [called, _], .. } = *self;
         let groups = train.iter().max()? + 1;
         let name = |group: usize| {
             let of_group = train.iter().zip(called).filter(|(own, _)| **own == group);
-            let all: Vec<&str> = of_group.map(|(_, name)| &**name).collect();
-            own.called(&all.join(", "))
+            let members: Vec<&str> = of_group.map(|(_, name)| &**name).collect();
+            own.called(&members.join(", "))
         };
         let names: Vec<String> = (1..groups).map(name).collect();
         let base = with_own(base, &own, &names)?;
@@ -211,7 +216,8 @@ impl Plain<'_> {
         })
     }
 
-    /// A fit that begins where the base model is fitted to all recordings, or where it is to each alone.
+    /// A fit that begins at the fit of the base model to all recordings, or at those to each alone, whichever is
+    /// better.
     fn begun_apart(&self, suspect: &Suspect, alone: &[Option<Values>]) -> Option<Cause> {
         let Suspicion::Recordings(difference) = &suspect.suspicion else { return None };
         let structure = self.structure(suspect)?;
@@ -240,7 +246,7 @@ impl Plain<'_> {
         suspect.fitted(structure, from, &points, &data)
     }
 
-    /// The same with one value for recordings that are alike in it; `None` if all are.
+    /// The cause with one value for recordings that are alike in it; `None` if all are.
     fn with_groups(&self, cause: &Cause) -> Option<Cause> {
         let Suspicion::Recordings(difference) = &cause.suspicion else { return None };
         let data = cause.data(self.data).not_kept();
@@ -281,7 +287,7 @@ impl Plain<'_> {
     }
 }
 
-/// Finds the group that each validation recording resembles; whether nothing but noise is left there, too.
+/// Finds the group that each validation recording resembles. Returns whether only noise is left there, too.
 fn validates(search: &Search<'_>, cause: &mut Cause) -> bool {
     let Suspicion::Recordings(difference) = &cause.suspicion else { return false };
     let count = search.data.valid.len();
@@ -297,8 +303,10 @@ fn validates(search: &Search<'_>, cause: &mut Cause) -> bool {
             fitted.hold_out(&data, EVALUATIONS);
             let Some(left) = fitted.held_out_residuals(&data) else { continue };
             for (r, best) in best.iter_mut().enumerate() {
-                let own = r..=r;
-                let left = whitened_square(&data.valid[own.clone()], &left[own], &data.noise).0;
+                let only_this = r..=r;
+                let left =
+                    whitened_square(&data.valid[only_this.clone()], &left[only_this], &data.noise)
+                        .0;
                 if left < best.0 {
                     *best = (left, group);
                 }
@@ -316,28 +324,29 @@ fn validates(search: &Search<'_>, cause: &mut Cause) -> bool {
 }
 
 impl Difference {
-    /// The recordings with an input that is one in each group after the first.
+    /// The recordings with an input for each group after the first, which is one in that group.
     fn changed(&self, structure: &Structure, data: &Data<'_>) -> Option<Changed> {
         let inputs = &structure.system.signature().inputs;
         let place = |group: usize| inputs.iter().position(|input| *input.name == *selector(group));
         let places: Vec<usize> =
             (1..=self.names.len()).map(place).collect::<Option<Vec<usize>>>()?;
-        let all = |recordings: &[Recording], groups: &[usize]| -> Option<Vec<Recording>> {
-            let both = recordings.iter().zip(groups);
-            both.map(|(recording, own)| {
-                let further = places.iter().enumerate();
-                let further: Vec<(usize, f64)> = further
-                    .map(|(k, place)| (*place, if *own == k + 1 { 1.0 } else { 0.0 }))
-                    .collect();
-                let Recording { inputs, times, .. } = recording;
-                let inputs = with_constant_inputs(inputs, times, &further).ok()?;
-                Some(Recording { inputs, ..recording.clone() })
-            })
-            .collect()
-        };
+        let with_selectors =
+            |recordings: &[Recording], groups: &[usize]| -> Option<Vec<Recording>> {
+                let both = recordings.iter().zip(groups);
+                both.map(|(recording, own)| {
+                    let further = places.iter().enumerate();
+                    let further: Vec<(usize, f64)> = further
+                        .map(|(k, place)| (*place, if *own == k + 1 { 1.0 } else { 0.0 }))
+                        .collect();
+                    let Recording { inputs, times, .. } = recording;
+                    let inputs = with_constant_inputs(inputs, times, &further).ok()?;
+                    Some(Recording { inputs, ..recording.clone() })
+                })
+                .collect()
+            };
         Some(Changed {
-            train: all(data.train, &self.train)?,
-            valid: all(data.valid, &self.valid)?,
+            train: with_selectors(data.train, &self.train)?,
+            valid: with_selectors(data.valid, &self.valid)?,
             noise: data.noise.clone(),
             counts_from: data.counts_from.clone(),
         })

@@ -8,16 +8,16 @@ use dgd_runtime::signature::number::{short, with_unit};
 
 use super::trial::EVALUATIONS;
 
-/// Causes whose criteria differ by less cannot be told from each other.
+/// Causes whose criteria differ by less cannot be distinguished.
 const RIVAL: f64 = VERY_STRONG;
-/// A cause comes before an effect of the library only if its criterion is lower by this: as much as is asked of a further
+/// A cause comes before an effect of the library only if its criterion is lower by this: the threshold of a further
 /// effect.
 const BETTER: f64 = 3.0 * VERY_STRONG;
 
-/// Plain causes beside what effects explain.
+/// Whether plain causes are the answer.
 #[derive(Debug)]
 pub(crate) enum Answer {
-    /// None.
+    /// No plain cause.
     Nothing,
     /// An effect of the library keeps its name, and these explain the recordings as well.
     Beside(Vec<Alternative>),
@@ -28,9 +28,9 @@ pub(crate) enum Answer {
 /// Plain causes that are an answer.
 #[derive(Debug)]
 pub(crate) struct Causes {
-    /// The cause, then its twins, which the recordings cannot tell from it.
+    /// The cause, then its twins, which the recordings cannot distinguish from it.
     pub(crate) all: Vec<Cause>,
-    /// Effects that the recordings cannot tell from it either.
+    /// Effects that the recordings cannot distinguish from it either.
     pub(crate) effects: Vec<String>,
     /// Whether it leaves nothing that tests distinguish from noise.
     pub(crate) is_white: bool,
@@ -39,7 +39,7 @@ pub(crate) struct Causes {
 }
 
 impl Causes {
-    /// Whether it stays the answer beside a law with this cost.
+    /// Whether it remains the answer if there is a law with this cost.
     pub(crate) fn holds_against(&self, law: f64) -> bool {
         if self.are_of_recordings() { self.cost + RIVAL < law } else { self.cost < law + RIVAL }
     }
@@ -63,16 +63,18 @@ impl Plain<'_> {
 
     /// Recordings that differ, if templates do not explain them about as well with one value for all.
     fn one_for_each(&self, search: &Search<'_>, named: StructureId) -> Answer {
-        let mut all = self.differing(search);
-        let of = Cause::criterion;
-        let Some(best) = all.iter().map(of).reduce(f64::min) else { return Answer::Nothing };
-        all.retain(|one| of(one) < best + RIVAL);
-        all.sort_by_key(|one| (of(one) > best + search.thresholds.even, one.position));
+        let mut causes = self.differing(search);
+        let criterion = Cause::criterion;
+        let Some(best) = causes.iter().map(criterion).reduce(f64::min) else {
+            return Answer::Nothing;
+        };
+        causes.retain(|one| criterion(one) < best + RIVAL);
+        causes.sort_by_key(|one| (criterion(one) > best + search.thresholds.even, one.position));
         let of_named = self.cost_of(search, named).filter(|(_, explains)| *explains);
         if of_named.is_some_and(|(cost, _)| cost <= best + RIVAL) {
             return Answer::Nothing;
         }
-        self.first(search, all, Vec::new(), best)
+        self.first(search, causes, Vec::new(), best)
     }
 
     /// The criterion of named effects after a fit as long as that of a cause, and whether they explain the recordings.
@@ -86,31 +88,35 @@ impl Plain<'_> {
     /// Causes with one value for all recordings.
     fn one_for_all(&self, search: &Search<'_>, named: StructureId, is_generic: bool) -> Answer {
         let is_explained = !is_generic && search.explains(named);
-        let mut all = self.search(search, is_explained);
-        let of = Cause::criterion;
-        let Some(best) = all.iter().map(of).reduce(f64::min) else { return Answer::Nothing };
-        all.retain(|one| of(one) < best + RIVAL);
-        // The order of the text, within what rounding decides.
-        all.sort_by_key(|one| (one.rank(of(one) > best + search.thresholds.even), one.position));
+        let mut causes = self.search(search, is_explained);
+        let criterion = Cause::criterion;
+        let Some(best) = causes.iter().map(criterion).reduce(f64::min) else {
+            return Answer::Nothing;
+        };
+        causes.retain(|one| criterion(one) < best + RIVAL);
+        // In the order of the text if only rounding distinguishes them.
+        causes.sort_by_key(|one| {
+            (one.rank(criterion(one) > best + search.thresholds.even), one.position)
+        });
         let explained =
             self.cost_of(search, named).filter(|(_, explains)| *explains).map(|(cost, _)| cost);
         match explained {
             Some(of_named) if !is_generic && best >= of_named - BETTER => {
-                all.retain(|one| of(one) < of_named + RIVAL);
-                let is_one = named.len() == 1 && !all.is_empty();
+                causes.retain(|one| criterion(one) < of_named + RIVAL);
+                let is_one = named.len() == 1 && !causes.is_empty();
                 if is_one {
-                    Answer::Beside(self.beside(search, named, &all))
+                    Answer::Beside(self.beside(search, named, &causes))
                 } else {
                     Answer::Nothing
                 }
             }
             Some(of_named) if is_generic && best >= of_named + RIVAL => Answer::Nothing,
             // A sensor is wrong more often than a constant of nature.
-            Some(_) if is_generic && all.iter().all(Cause::is_well_known) => Answer::Nothing,
+            Some(_) if is_generic && causes.iter().all(Cause::is_well_known) => Answer::Nothing,
             _ => {
                 let is_tied = explained.is_some_and(|of_named| of_named < best + RIVAL);
                 let effects = if is_tied { effects(search, named) } else { Vec::new() };
-                self.first(search, all, effects, best)
+                self.first(search, causes, effects, best)
             }
         }
     }
@@ -125,8 +131,8 @@ impl Plain<'_> {
         let first = &all[0];
         let data = first.data(self.data).not_kept();
         let residuals = first.fitted.residuals(&data);
-        let own = Search::new(search.base, &[], data.clone(), 1, search.seed);
-        let is_white = own.leaves_noise(&residuals, &data.noise);
+        let changed_search = Search::new(search.base, &[], data.clone(), 1, search.seed);
+        let is_white = changed_search.leaves_noise(&residuals, &data.noise);
         Answer::First(Box::new(Causes { all, effects, is_white, cost }))
     }
 
@@ -137,11 +143,11 @@ impl Plain<'_> {
             let held_out = fitted.held_out_residuals(data).and_then(sum);
             held_out.or_else(|| sum(fitted.residuals(data)))
         };
-        let own = search.fitted(named).and_then(|fitted| square(fitted, self.data));
+        let named_square = search.fitted(named).and_then(|fitted| square(fitted, self.data));
         let alternative = |one: &Cause| {
             let ratio = square(&one.fitted, &one.data(self.data))
-                .zip(own)
-                .map_or(f64::NAN, |(of, own)| of / own);
+                .zip(named_square)
+                .map_or(f64::NAN, |(square, named_square)| square / named_square);
             Alternative { name: one.words(), form: None, valid_ratio: ratio.sqrt() }
         };
         all.iter().map(alternative).collect()
@@ -149,7 +155,7 @@ impl Plain<'_> {
 }
 
 impl Cause {
-    /// Its place: well-known constants come last, then less likely causes.
+    /// Its rank: well-known constants come last, then less likely causes.
     fn rank(&self, is_less_likely: bool) -> (bool, bool) {
         match &self.suspicion {
             Suspicion::Number(number) => (number.is_well_known(), is_less_likely),
@@ -161,7 +167,7 @@ impl Cause {
         matches!(&self.suspicion, Suspicion::Number(number) if number.is_well_known())
     }
 
-    /// What it is, with its value.
+    /// Its description with its value.
     fn words(&self) -> String {
         match &self.suspicion {
             Suspicion::Number(number) => {
@@ -182,7 +188,7 @@ impl Cause {
             Suspicion::Column(Fault::Clock { meant_in }) => format!("times in {}", meant_in.symbol),
             Suspicion::Start(held) => format!("another start of `{}`", held.state),
             Suspicion::Rate => "another rate of the clock".to_owned(),
-            // Never beside an effect of the library.
+            // Never an alternative to an effect of the library.
             Suspicion::Recordings(_) => "recordings that differ".to_owned(),
         }
     }
@@ -193,9 +199,9 @@ fn effects(search: &Search<'_>, named: StructureId) -> Vec<String> {
     if named.len() != 1 {
         return Vec::new();
     }
-    let of = |effect: usize| {
+    let names_of = |effect: usize| {
         let others = search.replacements(named, effect).others.into_iter();
         std::iter::once(search.called(effect)).chain(others.map(|other| other.alternative.name))
     };
-    named.effects().flat_map(of).collect()
+    named.effects().flat_map(names_of).collect()
 }

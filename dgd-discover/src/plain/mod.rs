@@ -8,7 +8,7 @@
 //!        a slip of the unit would give                                           (trial)
 //!   the recordings   ─► columns in another unit, exchanged, held or not, times    (columns)
 //!                       and columns that are stuck                                (stuck)
-//!     ─► the model fitted to them as they would have been                         (trial)
+//!     ─► the model fitted to them without the fault                               (trial)
 //!     ─► those that leave only noise, the likeliest first, with their twins      (judged)
 //!   otherwise, recordings that differ in one thing                               (differ, own_values)
 //! ```
@@ -53,7 +53,7 @@ pub(crate) struct Plain<'a> {
     pub(crate) threads: usize,
 }
 
-/// What may be wrong.
+/// A possible cause.
 #[derive(Debug, Clone)]
 pub(crate) enum Suspicion {
     /// A number of the model's text.
@@ -64,7 +64,7 @@ pub(crate) enum Suspicion {
     Start(Held),
     /// The rate of the clock of all recordings.
     Rate,
-    /// Something that is not the same in all recordings.
+    /// Something that differs between recordings.
     Recordings(Difference),
 }
 
@@ -86,13 +86,13 @@ impl Changed {
     }
 }
 
-/// A suspicion with the model that has what is suspected as it may be.
+/// A suspicion with the model in which the suspected value is estimated or corrected.
 #[derive(Debug, Clone)]
 struct Suspect {
-    /// Its place among all: numbers in the order of the text, then columns, the nearest first.
+    /// Its position among all: numbers in the order of the text, then columns, the nearest first.
     position: usize,
     suspicion: Suspicion,
-    /// The model, if it is another one than the base model.
+    /// The model, if it differs from the base model.
     base: Option<BaseModel>,
     changed: Option<Arc<Changed>>,
 }
@@ -108,8 +108,8 @@ pub(crate) struct Cause {
 }
 
 impl Cause {
-    /// Σ ε² + k ln N of the training recordings; readings that were left out count as if they were noise about numbers of
-    /// their own.
+    /// Σ ε² + k ln N of the training recordings; readings that were left out count as noise about a further number in
+    /// each recording.
     fn criterion(&self) -> f64 {
         let lost = match &self.suspicion {
             Suspicion::Column(Fault::Stuck { since, lost, .. }) => {

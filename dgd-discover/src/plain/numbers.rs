@@ -14,7 +14,7 @@ use crate::library::BaseModel;
 /// A number of the model's text.
 #[derive(Debug, Clone)]
 pub(crate) struct Number {
-    /// The name that it was given.
+    /// Its name.
     pub(crate) name: String,
     pub(crate) is_constant: bool,
     /// Its value in the text or by `--set`, SI.
@@ -40,7 +40,7 @@ const WELL_KNOWN: [(f64, &str); 15] = [
     (287.05, "J/(kg*K)"),
     (1005.0, "J/(kg*K)"),
 ];
-/// How far a rounded one may be off.
+/// Relative deviation of a rounded one.
 const ROUNDED: f64 = 0.004;
 
 impl Number {
@@ -66,22 +66,22 @@ impl Number {
 
     /// Values with another power of ten.
     pub(super) fn with_other_powers(&self) -> impl Iterator<Item = f64> {
-        /// Most places that a decimal point has moved.
+        /// Maximum number of places by which a decimal point has moved.
         const PLACES: i32 = 3;
         let powers = (-PLACES..=PLACES).filter(|power| *power != 0);
         powers.map(move |power| self.declared * 10_f64.powi(power))
     }
 
-    /// The unit in which the number of the text is right, given its value and how well that is known, SI.
+    /// The unit in which the number of the text is right, given its estimate and the standard deviation of that, SI.
     pub(crate) fn meant_in(&self, value: f64, std: Option<f64>) -> Option<Unit> {
-        /// Units are told from each other by factors of at least this.
+        /// Minimum ratio of units that can be distinguished.
         const APART: f64 = 1.5;
         let ratio = value / self.declared;
         let spread = std.map_or(f64::NAN, |std| (std / value).abs());
         if spread.is_nan() || spread > 0.1 || (1.0 / APART..APART).contains(&ratio) {
             return None;
         }
-        // As far as the number is known, and as it was rounded.
+        // To the accuracy of the estimate, and to that of a rounded number.
         let within = (3.0 * spread).max(0.005);
         let number = self.unit.from_si(self.declared);
         let off = |unit: &Unit| (unit.to_si(number) / value - 1.0).abs();
@@ -91,22 +91,23 @@ impl Number {
 
 /// All numbers that may be wrong, in the order of the text.
 pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<Suspect> {
-    let all = all(base, model).into_iter();
-    let held = all.filter(|number| !number.is_estimated(fitted));
-    held.map(|number| Suspect {
-        position: 0,
-        base: Some(estimating(base, &number)),
-        suspicion: Suspicion::Number(number),
-        changed: None,
-    })
-    .collect()
+    let numbers = all(base, model).into_iter();
+    let unestimated = numbers.filter(|number| !number.is_estimated(fitted));
+    unestimated
+        .map(|number| Suspect {
+            position: 0,
+            base: Some(estimating(base, &number)),
+            suspicion: Suspicion::Number(number),
+            changed: None,
+        })
+        .collect()
 }
 
 /// Constants that are plain numbers, and parameters, in the order of the text.
 pub(super) fn all(base: &BaseModel, model: &Model) -> Vec<Number> {
-    let mut all = Vec::new();
+    let mut numbers = Vec::new();
     visit::items(&base.asts[0].items, &mut |item| {
-        all.extend(match &item.kind {
+        numbers.extend(match &item.kind {
             ItemKind::Constant { name, value, .. } if is_number(value) => of_constant(model, name),
             ItemKind::Parameter { name, value, .. } if is_number(value) => {
                 of_parameter(base, model, name)
@@ -114,22 +115,24 @@ pub(super) fn all(base: &BaseModel, model: &Model) -> Vec<Number> {
             _ => None,
         });
     });
-    all
+    numbers
 }
 
 fn of_constant(model: &Model, name: &Name) -> Option<Number> {
-    let own = model.constants.iter().find(|own| own.declared.name == name.text)?;
-    let (name, unit, declared) = (name.text.clone(), own.declared.unit.clone(), own.value);
+    let constant = model.constants.iter().find(|own| own.declared.name == name.text)?;
+    let (name, unit, declared) =
+        (name.text.clone(), constant.declared.unit.clone(), constant.value);
     Some(Number { name, is_constant: true, declared, unit })
 }
 
-/// A parameter, unless the user asked that it is not estimated.
+/// A parameter, unless the user fixed it.
 fn of_parameter(base: &BaseModel, model: &Model, name: &Name) -> Option<Number> {
-    let own = model.parameters.iter().find(|own| own.declared.name == name.text)?;
+    let parameter = model.parameters.iter().find(|own| own.declared.name == name.text)?;
     if base.fix.contains(&name.text) {
         return None;
     }
-    let (name, unit, declared) = (name.text.clone(), own.declared.unit.clone(), own.value);
+    let (name, unit, declared) =
+        (name.text.clone(), parameter.declared.unit.clone(), parameter.value);
     Some(Number { name, is_constant: false, declared, unit })
 }
 
@@ -176,19 +179,19 @@ pub(super) fn as_parameter(base: &BaseModel, number: &Number) -> BaseModel {
 
 /// Constants that are computed from another one.
 fn dependants(items: &[Item], name: &str) -> BTreeSet<String> {
-    let mut all = BTreeSet::from([name.to_owned()]);
+    let mut dependants = BTreeSet::from([name.to_owned()]);
     loop {
-        let before = all.len();
+        let before = dependants.len();
         visit::items(items, &mut |item| {
             if let ItemKind::Constant { name, value, .. } = &item.kind
-                && all.iter().any(|known| reads(value, known))
+                && dependants.iter().any(|known| reads(value, known))
             {
-                all.insert(name.text.clone());
+                dependants.insert(name.text.clone());
             }
         });
-        if all.len() == before {
-            all.remove(name);
-            return all;
+        if dependants.len() == before {
+            dependants.remove(name);
+            return dependants;
         }
     }
 }
@@ -198,7 +201,7 @@ fn reads(expr: &Expr, name: &str) -> bool {
         || visit::operands(expr).into_iter().any(|operand| reads(operand, name))
 }
 
-/// Whether a value is a number as it stands.
+/// Whether a value is a plain number.
 fn is_number(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Number { .. } => true,

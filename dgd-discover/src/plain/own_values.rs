@@ -6,7 +6,7 @@
 //!   der(x), time become    der(x)·c, time/c                      c: recorded seconds for each true one
 //! ```
 //!
-//! Names that are brought have a space in them, so that no model has them.
+//! The new names contain a space, so that no model has them.
 
 use dgd_compiler::source::Span;
 use dgd_compiler::syntax::ast::{
@@ -21,10 +21,10 @@ use crate::library::BaseModel;
 /// The rate of the clock of all recordings: recorded seconds for each true one.
 pub(crate) const RATE: &str = "rate of the clock";
 
-/// Furthest that a clock's rate may be from one: clocks that are off by more count in another unit.
+/// Largest deviation of a clock's rate from one: a clock that is off by more counts in another unit.
 const FURTHEST: f64 = 0.1;
 
-/// What may be another in some recordings.
+/// A value that may differ between recordings.
 #[derive(Debug, Clone)]
 pub(crate) enum Own {
     /// A number of the model's text, and whether it is estimated.
@@ -36,7 +36,7 @@ pub(crate) enum Own {
 }
 
 impl Own {
-    /// What is estimated in the recordings of the first group; `None` if it is as the text has it.
+    /// The parameter of the first group of recordings; `None` if it has the declared value.
     pub(super) fn of_first(&self) -> Option<&str> {
         match self {
             Own::Number(number, true) => Some(&number.name),
@@ -44,7 +44,7 @@ impl Own {
         }
     }
 
-    /// Its value where it is as the text has it, SI.
+    /// Its declared value, SI.
     pub(super) fn nothing(&self) -> f64 {
         match self {
             Own::Number(number, _) => number.declared,
@@ -55,12 +55,12 @@ impl Own {
 
     /// Its name in a group of recordings.
     pub(super) fn called(&self, recordings: &str) -> String {
-        let own = match self {
+        let subject = match self {
             Own::Number(number, _) => number.name.clone(),
             Own::Offset(output, _) => format!("offset of {output}"),
             Own::Clock => "clock".to_owned(),
         };
-        format!("{own} in {recordings}")
+        format!("{subject} in {recordings}")
     }
 }
 
@@ -74,7 +74,7 @@ pub(super) fn selector(group: usize) -> String {
     format!("group {group}")
 }
 
-/// The model with its own value in each group after the first, by these names; `None` if it cannot be written.
+/// The model with a value for each group after the first, under these names; `None` if it cannot be written.
 pub(super) fn with_own(base: &BaseModel, own: &Own, names: &[String]) -> Option<BaseModel> {
     let groups: Vec<(String, String)> =
         names.iter().enumerate().map(|(k, name)| (selector(k + 1), name.clone())).collect();
@@ -135,7 +135,7 @@ fn held(mut base: BaseModel, number: &Number) -> BaseModel {
     base
 }
 
-/// Exchanges a parameter for its mixture over the groups, and returns what that takes.
+/// Replaces a parameter by its mixture over the groups, and returns the declarations that this requires.
 fn of_number(
     items: &mut [Item],
     number: &str,
@@ -168,7 +168,7 @@ fn of_number(
         });
     }
     attributes.retain(|one| one.kind != AttributeKind::Fixed);
-    let own = groups.iter().map(|(_, name)| ItemKind::Parameter {
+    let parameters = groups.iter().map(|(_, name)| ItemKind::Parameter {
         name: named(name),
         unit: unit.clone(),
         value: value.clone(),
@@ -176,18 +176,18 @@ fn of_number(
     });
     let value = mixed(called(number), groups);
     let mixture = ItemKind::Let { name: named(&mixture), unit: unit.clone(), value };
-    Some(own.chain(std::iter::once(mixture)).collect())
+    Some(parameters.chain(std::iter::once(mixture)).collect())
 }
 
-/// Adds an offset of each group to what an output reads; `None` without the output.
+/// Adds an offset of each group to an output; `None` if the model lacks the output.
 fn offset(items: &mut [Item], output: &str, groups: &[(String, String)]) -> Option<()> {
     let mut is_found = false;
     visit::items_mut(items, &mut |item| {
         if let ItemKind::Output { name, value, .. } = &mut item.kind
             && name.text == output
         {
-            let own = value.take().unwrap_or_else(|| called(&name.text));
-            let mut terms = vec![(Sign::Plus, group(own))];
+            let reading = value.take().unwrap_or_else(|| called(&name.text));
+            let mut terms = vec![(Sign::Plus, group(reading))];
             terms.extend(groups.iter().map(|(selector, name)| {
                 (Sign::Plus, product(vec![called(name), called(selector)]))
             }));
@@ -198,7 +198,7 @@ fn offset(items: &mut [Item], output: &str, groups: &[(String, String)]) -> Opti
     is_found.then_some(())
 }
 
-/// Has the model's time go at a rate; `None` if it has delays or periods, or no derivative.
+/// Scales the model's time by a rate; `None` if it has delays or periods, or no derivative.
 fn clocked(items: &mut [Item], rate: &Expr) -> Option<()> {
     let (mut is_possible, mut has_derivative) = (true, false);
     for item in items.iter_mut() {
@@ -228,7 +228,7 @@ fn clocked(items: &mut [Item], rate: &Expr) -> Option<()> {
     (is_possible && has_derivative).then_some(())
 }
 
-/// Exchanges the outermost parts of an expression for which there is another.
+/// Replaces the outermost parts of an expression for which `other` returns a replacement.
 fn exchange(expr: &mut Expr, other: &mut dyn FnMut(&Expr) -> Option<Expr>) {
     if let Some(other) = other(expr) {
         *expr = Expr { span: expr.span, ..other };
@@ -239,7 +239,7 @@ fn exchange(expr: &mut Expr, other: &mut dyn FnMut(&Expr) -> Option<Expr>) {
     }
 }
 
-/// A value of the first group, or that of the group of the recording.
+/// The value of the first group, or that of the group of the recording.
 fn mixed(first: Expr, groups: &[(String, String)]) -> Expr {
     let mut rest = vec![(Sign::Plus, number(1.0))];
     rest.extend(groups.iter().map(|(selector, _)| (Sign::Minus, called(selector))));

@@ -1,4 +1,4 @@
-//! Start values that the model holds, where recordings may begin elsewhere.
+//! Start values that the model holds although recordings may begin elsewhere.
 
 use dgd_compiler::model::Model;
 use dgd_compiler::units::Unit;
@@ -19,8 +19,8 @@ impl Held {
     /// The start of each training recording in a fit that estimates it, with its standard deviation, SI.
     pub(crate) fn values(&self, fitted: &Fitted) -> Vec<(usize, f64, Option<f64>)> {
         let name = format!("{}(0)", self.state);
-        let all = fitted.estimates.iter().filter(|estimate| estimate.name == name);
-        all.filter_map(|one| Some((one.recording?, one.value, one.std))).collect()
+        let estimates = fitted.estimates.iter().filter(|estimate| estimate.name == name);
+        estimates.filter_map(|one| Some((one.recording?, one.value, one.std))).collect()
     }
 }
 
@@ -29,16 +29,17 @@ pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<
     let signature = fitted.structure.system.signature();
     let is_free = |state: usize| signature.directions.contains(&Direction::Start(state));
     let states = signature.unknowns.differential().filter(|state| !is_free(*state));
-    let held = states.filter_map(|state| {
+    let held_starts = states.filter_map(|state| {
         let name = signature.unknowns.name(state).to_string();
-        let own = model.unknowns.iter().find(|own| own.declared.name == name)?;
-        (!base.fix.contains(&name)).then(|| (name, own.declared.unit.clone()))
+        let unknown = model.unknowns.iter().find(|own| own.declared.name == name)?;
+        (!base.fix.contains(&name)).then(|| (name, unknown.declared.unit.clone()))
     });
-    held.map(|(state, unit)| {
-        let mut base = base.clone();
-        base.free.push(state.clone());
-        let suspicion = Suspicion::Start(Held { state, unit });
-        Suspect { position: 0, suspicion, base: Some(base), changed: None }
-    })
-    .collect()
+    held_starts
+        .map(|(state, unit)| {
+            let mut base = base.clone();
+            base.free.push(state.clone());
+            let suspicion = Suspicion::Start(Held { state, unit });
+            Suspect { position: 0, suspicion, base: Some(base), changed: None }
+        })
+        .collect()
 }

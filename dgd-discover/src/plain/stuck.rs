@@ -5,8 +5,9 @@
 //!   p^(m−1):                chance of m equal readings at the end
 //! ```
 //!
-//! A schedule that has ended is at rest, at an end of its range, where it jumps to or where it has been before: none of
-//! these is suspected. What is read while an input is stuck says nothing about the model, and is left out.
+//! A schedule that has ended rests at zero, at an end of its range, at a value to which it jumps or at one where it has
+//! rested before: none of these is suspected. Readings while an input is stuck are not evidence about the model, and
+//! are left out.
 
 use dgd_identify::Recording;
 use dgd_runtime::{Signature, System};
@@ -16,10 +17,10 @@ use super::{Changed, Plain, Suspect, Suspicion};
 use crate::noise::{noise_of, readings};
 use std::sync::Arc;
 
-/// Chance of equal readings below which a column may be stuck: as for other false alarms.
+/// Chance of equal readings below which a column may be stuck: that of other false alarms.
 const CHANCE: f64 = 1e-4;
 
-/// Where a column is stuck.
+/// A recording in which a column is stuck.
 #[derive(Debug, Clone)]
 pub(crate) struct Since {
     /// Whether in a validation recording.
@@ -36,19 +37,20 @@ pub(crate) struct Since {
 pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
     let Plain { fitted, data, .. } = *plain;
     let signature = fitted.structure.system.signature();
-    let all = signals(plain, signature);
-    let tests = (all.len() * (data.train.len() + data.valid.len())).max(1) as f64;
-    all.iter()
+    let signals = signals(plain, signature);
+    let tests = (signals.len() * (data.train.len() + data.valid.len())).max(1) as f64;
+    signals
+        .iter()
         .filter_map(|(signal, name, unit)| {
-            let of = |recordings: &[Recording], is_held_out: bool| {
-                let all = recordings.iter().enumerate();
-                let found = all.filter_map(|(recording, own)| {
+            let stuck_in = |recordings: &[Recording], is_held_out: bool| {
+                let numbered = recordings.iter().enumerate();
+                let stuck = numbered.filter_map(|(recording, own)| {
                     let (k, value) = since(own, *signal, signature, CHANCE / tests)?;
                     Some(Since { is_held_out, recording, time: own.times[k], value })
                 });
-                found.collect::<Vec<_>>()
+                stuck.collect::<Vec<_>>()
             };
-            let since = [of(data.train, false), of(data.valid, true)].concat();
+            let since = [stuck_in(data.train, false), stuck_in(data.valid, true)].concat();
             if since.iter().all(|one| one.is_held_out) {
                 return None;
             }
@@ -65,11 +67,11 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
         .collect()
 }
 
-/// The recordings without what was read while a column was stuck, and how many readings that are.
+/// The recordings without the readings while a column was stuck, and the number of those readings.
 fn without(plain: &Plain<'_>, signal: Signal, since: &[Since]) -> (Changed, usize) {
     let data = plain.data;
     let mut lost = 0;
-    let mut all = |recordings: &[Recording], is_held_out: bool| -> Vec<Recording> {
+    let mut cleaned = |recordings: &[Recording], is_held_out: bool| -> Vec<Recording> {
         let mut changed = recordings.to_vec();
         for one in since.iter().filter(|one| one.is_held_out == is_held_out) {
             let Recording { times, measured, .. } = &mut changed[one.recording];
@@ -86,7 +88,7 @@ fn without(plain: &Plain<'_>, signal: Signal, since: &[Since]) -> (Changed, usiz
         }
         changed
     };
-    let (train, valid) = (all(data.train, false), all(data.valid, true));
+    let (train, valid) = (cleaned(data.train, false), cleaned(data.valid, true));
     let mut noise = data.noise.clone();
     if let Signal::Output(own) = signal {
         noise[own] = noise_of(&train, &readings(&train))[own];

@@ -1,4 +1,4 @@
-//! Fits of what is suspected.
+//! Fits of suspects.
 
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
@@ -17,7 +17,7 @@ const LIKELIEST: usize = 12;
 const HELD_OUT: usize = 12;
 /// A fit that begins is finished if it leaves at most this fraction of the base model's excess over noise.
 const PROMISING: f64 = 0.5;
-/// And at most this many times as much as the best one, or as noise.
+/// It must also leave at most this many times as much as the best one, or as noise.
 const HOPEFUL: f64 = 10.0;
 /// Number of slips from which a number is fitted.
 const SLIPS: usize = 2;
@@ -25,18 +25,18 @@ const SLIPS: usize = 2;
 pub(super) const SIGNIFICANT: f64 = 4.0;
 
 impl Plain<'_> {
-    /// Those of many suspects that come nearest to their recordings without a fit.
+    /// The suspects that come nearest to their recordings without a fit.
     pub(super) fn likeliest(&self, suspects: Vec<Suspect>) -> Vec<Suspect> {
         let Plain { base, model, names, data, threads, .. } = *self;
         let costs = in_parallel(self.fitted, suspects.len(), threads, |fitted, k| {
             let plain = Plain { base, model, fitted, names, data, threads };
             if data.is_over() { f64::INFINITY } else { plain.cost_without_fit(&suspects[k]) }
         });
-        let mut all: Vec<(f64, Suspect)> = costs.into_iter().zip(suspects).collect();
-        all.retain(|(cost, _)| cost.is_finite());
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.truncate(LIKELIEST);
-        all.into_iter().map(|(_, suspect)| suspect).collect()
+        let mut ranked: Vec<(f64, Suspect)> = costs.into_iter().zip(suspects).collect();
+        ranked.retain(|(cost, _)| cost.is_finite());
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ranked.truncate(LIKELIEST);
+        ranked.into_iter().map(|(_, suspect)| suspect).collect()
     }
 
     fn cost_without_fit(&self, suspect: &Suspect) -> f64 {
@@ -44,10 +44,10 @@ impl Plain<'_> {
         let data = suspect.data(self.data);
         let adapted = self.fitted.values.clone();
         let declared = Values { starts: adapted.starts.clone(), ..Values::default() };
-        // What is wrong with the recordings may have moved start values, too.
+        // A fault of the recordings may have moved start values, too.
         let without_starts = Values { starts: Vec::new(), ..adapted.clone() };
-        let all = [adapted, declared, without_starts, Values::default()];
-        all.iter().map(|of| cost_at(&structure, of, &data)).fold(f64::INFINITY, f64::min)
+        let points = [adapted, declared, without_starts, Values::default()];
+        points.iter().map(|of| cost_at(&structure, of, &data)).fold(f64::INFINITY, f64::min)
     }
 
     pub(super) fn structure(&self, suspect: &Suspect) -> Option<Structure> {
@@ -97,14 +97,15 @@ impl Plain<'_> {
         one.fitted.mean_square() - 1.0 <= PROMISING * (self.fitted.mean_square() - 1.0)
     }
 
-    /// Whether it is worth its numbers.
+    /// Whether it lowers the criterion enough.
     pub(super) fn is_gain(&self, search: &Search<'_>, one: &Cause) -> bool {
         let gain = self.fitted.criterion() - one.criterion();
         gain > search.thresholds.least_gain && self.is_promising(one)
     }
 
-    /// Where fits of a number start: at its value, and at the likeliest of those that it would have in another unit or with
-    /// its decimal point elsewhere. The rest of the model has not adapted to these, so that the first may seem better.
+    /// Where fits of a number start: at its value, and at the likeliest of those that it would have in another unit or
+    /// with its decimal point elsewhere. The rest of the model has not adapted to these, so that the first may seem
+    /// better.
     fn elsewhere(
         &self,
         structure: &Structure,
@@ -117,8 +118,8 @@ impl Plain<'_> {
         };
         let points = self.known(structure);
         let likeliest = |value: f64| {
-            let all = points.each_ref().map(|point| with(point, value));
-            self.likeliest_of(structure, all.into_iter(), data)
+            let variants = points.each_ref().map(|point| with(point, value));
+            self.likeliest_of(structure, variants.into_iter(), data)
         };
         let (_, as_declared) = likeliest(number.declared);
         let slips = number.in_other_units().chain(number.with_other_powers());
@@ -134,7 +135,7 @@ impl Plain<'_> {
         vec![self.likeliest_of(structure, self.known(structure).into_iter(), data).1]
     }
 
-    /// Parameters of the fitted base model, and those of the text: the former have adapted to what is wrong.
+    /// Parameters of the fitted base model, and those of the text: the former have adapted to the fault.
     pub(super) fn known(&self, structure: &Structure) -> [Vec<(String, f64)>; 2] {
         let signature = structure.system.signature();
         let declared = signature.parameters.iter().map(|own| (own.name.to_string(), own.value));
@@ -192,7 +193,7 @@ impl Suspect {
 }
 
 impl Cause {
-    /// Simulates the validation recordings; whether nothing but noise is left.
+    /// Simulates the validation recordings. Returns whether only noise is left.
     pub(super) fn explains(&mut self, search: &Search<'_>) -> bool {
         let changed = self.changed.clone();
         let data =
@@ -203,18 +204,19 @@ impl Cause {
         Search::new(search.base, &[], data, 1, search.seed).leaves_nothing(&self.fitted)
     }
 
-    /// Whether the recordings determine what is wrong, and it is.
+    /// Whether the recordings determine the suspected value, and it differs from the declared one.
     fn is_believable(&self) -> bool {
         let (name, declared) = match &self.suspicion {
             Suspicion::Start(_) | Suspicion::Column(_) | Suspicion::Recordings(_) => return true,
             Suspicion::Number(number) => (&*number.name, number.declared),
             Suspicion::Rate => (RATE, 1.0),
         };
-        let own = self.fitted.estimates.iter();
-        let mut own = own.filter(|e| e.recording.is_none() && e.name == name);
-        own.any(|own| {
-            let off = (own.value - declared).abs();
-            own.std.is_some_and(|std| off > SIGNIFICANT * std) && !self.fitted.is_at_bound(own)
+        let estimates = self.fitted.estimates.iter();
+        let mut named = estimates.filter(|e| e.recording.is_none() && e.name == name);
+        named.any(|estimate| {
+            let off = (estimate.value - declared).abs();
+            estimate.std.is_some_and(|std| off > SIGNIFICANT * std)
+                && !self.fitted.is_at_bound(estimate)
         })
     }
 }

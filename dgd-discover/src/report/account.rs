@@ -127,9 +127,16 @@ pub(crate) fn traces(
         });
     let held_out =
         request.valid.0.iter().zip(request.valid.1).enumerate().map(|(r, (one, name))| {
-            let of = |fitted: &'_ Fitted| fitted.valid.as_ref().and_then(|all| all.get(r).cloned());
+            let validation_of =
+                |fitted: &'_ Fitted| fitted.valid.as_ref().and_then(|all| all.get(r).cloned());
             let from = data.counts_from.get(r).copied().unwrap_or(f64::NEG_INFINITY);
-            trace(one, name, Some(from), of(before).as_ref(), of(after).as_ref())
+            trace(
+                one,
+                name,
+                Some(from),
+                validation_of(before).as_ref(),
+                validation_of(after).as_ref(),
+            )
         });
     training.chain(held_out).collect()
 }
@@ -162,7 +169,7 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     fitted.chain(failed).collect()
 }
 
-/// What each candidate alone promised in some screens of the base model. A candidate that removes nothing has a share
+/// The promise of each candidate alone in some screens of the base model. A candidate that removes nothing has a share
 /// of zero.
 pub(crate) fn screened(search: &Search<'_>, screens: &[Screen]) -> Vec<Screened> {
     let Some((sum, n)) = search.training_error(StructureId::BASE) else { return Vec::new() };
@@ -219,8 +226,8 @@ pub(crate) fn not_tried(
         }
     };
     [Open::Library, Open::Templates].map(|of| {
-        let all = search.range(of).filter_map(|c| Some((c, why(c)?)));
-        all.map(|(c, why)| (search.called(c), why)).collect()
+        let untried = search.range(of).filter_map(|c| Some((c, why(c)?)));
+        untried.map(|(c, why)| (search.called(c), why)).collect()
     })
 }
 
@@ -287,7 +294,7 @@ pub(crate) fn unexplained(
     }
 }
 
-/// What remains after effects that remove nearly all of the discrepancy: the residuals of the output that stands out
+/// The remainder after effects that remove nearly all of the discrepancy: the residuals of the output that stands out
 /// most, in the first training recording. `None` if none stands out.
 pub(crate) fn left_over(
     data: &Data<'_>,

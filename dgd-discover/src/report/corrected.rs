@@ -22,7 +22,7 @@ const DIGITS: usize = 9;
 ///
 /// # Errors
 ///
-/// [`DiscoverError::Corrected`] if that text is no model.
+/// [`DiscoverError::Corrected`] if that text cannot be read.
 pub(crate) fn corrected(
     base: &BaseModel,
     sources: &Sources,
@@ -38,11 +38,11 @@ pub(crate) fn corrected(
     } else {
         write(&base.asts[0], &structure.asts[0], &structure.brought, sources)
     };
-    let mut all = sources.clone();
+    let mut extended = sources.clone();
     let name = sources.get(base.asts[0].source).name.clone();
-    let id = all.add(Source { name, text: text.clone() });
+    let id = extended.add(Source { name, text: text.clone() });
     let mut diagnostics = Diagnostics::default();
-    let ast = parse(id, &all, &mut diagnostics).map_err(|_| {
+    let ast = parse(id, &extended, &mut diagnostics).map_err(|_| {
         let messages = diagnostics.sorted().into_iter().map(|one| one.message.clone());
         DiscoverError::Corrected(messages.collect::<Vec<_>>().join("; "))
     })?;
@@ -66,7 +66,7 @@ pub(crate) fn corrected(
             let text = number(unit.from_si(*value));
             let places = declared.iter().filter(|(name, _)| *name == *parameter.name);
             let places: Vec<Span> = places.map(|(_, span)| *span).collect();
-            // Declarations of parts have no place in this text.
+            // Declarations of parts are not in this text.
             let places = if places.is_empty() { vec![Span::default()] } else { places };
             let called = parameter.name.to_string();
             places.into_iter().map(move |name| NewValue {
@@ -79,30 +79,30 @@ pub(crate) fn corrected(
     let values: Vec<NewValue> = values.into_iter().chain(arrays(fitted, &declared)).collect();
     let valued = with_values(&ast, &text, &values, |_| None);
     // Numbers of different lengths shift columns.
-    Ok(layout::like(id, &all, valued))
+    Ok(layout::like(id, &extended, valued))
 }
 
-/// The base model's text with inputs held or not as another one has them.
+/// The base model's text with the interpolations that another one declares for its inputs.
 fn with_interpolations(base: &Ast, other: &Ast, text: &str) -> String {
     fn declared(ast: &Ast) -> Vec<&Attribute> {
-        let mut all = Vec::new();
+        let mut interpolations = Vec::new();
         visit::items(&ast.items, &mut |item| {
             if let ItemKind::Input { name, attributes, .. } = &item.kind
                 && !is_brought(&name.text)
             {
-                all.extend(
+                interpolations.extend(
                     attributes.iter().filter(|one| {
                         matches!(one.kind, AttributeKind::Hold | AttributeKind::Linear)
                     }),
                 );
             }
         });
-        all
+        interpolations
     }
-    let own = declared(base);
+    let base_interpolations = declared(base);
     let mut text = text.to_owned();
-    let changed = declared(other).into_iter().filter(|one| !own.contains(one));
-    // From the end, so that places before it stay.
+    let changed = declared(other).into_iter().filter(|one| !base_interpolations.contains(one));
+    // From the end, so that earlier positions stay valid.
     for one in changed.collect::<Vec<_>>().into_iter().rev() {
         let word = if one.kind == AttributeKind::Hold { "hold" } else { "linear" };
         let (start, end) = (one.span.start as usize, one.span.end as usize);
@@ -112,31 +112,31 @@ fn with_interpolations(base: &Ast, other: &Ast, text: &str) -> String {
     text
 }
 
-/// The arrays of parameters of which an element was estimated: all their values.
+/// All values of the arrays of parameters of which an element was estimated.
 fn arrays(fitted: &Fitted, declared: &[(String, Span)]) -> Vec<NewValue> {
-    let mut all: BTreeMap<&str, (bool, Vec<Element>)> = BTreeMap::new();
+    let mut arrays: BTreeMap<&str, (bool, Vec<Element>)> = BTreeMap::new();
     for (parameter, value) in fitted.structure.system.signature().parameters.iter().zip(&fitted.p) {
-        let Some((of, indices)) = element_of(&parameter.name) else { continue };
-        let (estimated, values) = all.entry(of).or_default();
+        let Some((array, indices)) = element_of(&parameter.name) else { continue };
+        let (estimated, values) = arrays.entry(array).or_default();
         *estimated |=
             fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == *parameter.name);
         values.push((indices, number(parameter.unit.from_si(*value))));
     }
-    let mut found = Vec::new();
-    for (of, (_, values)) in all.into_iter().filter(|(_, (estimated, _))| *estimated) {
-        let places = declared.iter().filter(|(name, _)| name == of).map(|(_, span)| *span);
+    let mut new_values = Vec::new();
+    for (array, (_, values)) in arrays.into_iter().filter(|(_, (estimated, _))| *estimated) {
+        let places = declared.iter().filter(|(name, _)| name == array).map(|(_, span)| *span);
         let mut places: Vec<Span> = places.collect();
         if places.is_empty() {
             places.push(Span::default());
         }
         let text = list_of(&values);
-        found.extend(places.into_iter().map(|name| NewValue {
+        new_values.extend(places.into_iter().map(|name| NewValue {
             name,
-            called: of.to_owned(),
+            called: array.to_owned(),
             text: text.clone(),
         }));
     }
-    found
+    new_values
 }
 
 /// A number to `DIGITS` digits, in plain notation.

@@ -20,18 +20,23 @@ pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Desc
     let left =
         (search.training_square(structure).unwrap_or(f64::NAN), search.held_out_square(structure));
     let one = |candidate: usize| {
-        let of = &search.candidates[candidate];
-        let own = fitted.structure.brought_by(candidate);
-        let own = own.map(|brought| brought.parameters.clone()).unwrap_or_default();
+        let described = &search.candidates[candidate];
+        let brought = fitted.structure.brought_by(candidate);
+        let names = brought.map(|brought| brought.parameters.clone()).unwrap_or_default();
         Described {
-            name: of.application.name(),
-            kind: of.kind(),
-            form: of.form(),
-            target: of.target(),
-            parameters: parameters(fitted, &model_spread, &own),
+            name: described.application.name(),
+            kind: described.kind(),
+            form: described.form(),
+            target: described.target(),
+            parameters: parameters(fitted, &model_spread, &names),
             left,
             file: text(search, fitted, candidate),
-            arguments: of.application.arguments.iter().map(|name| name.text.clone()).collect(),
+            arguments: described
+                .application
+                .arguments
+                .iter()
+                .map(|name| name.text.clone())
+                .collect(),
         }
     };
     structure.effects().map(one).collect()
@@ -39,8 +44,8 @@ pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Desc
 
 /// An effect's text with the fitted values of its parameters.
 fn text(search: &Search<'_>, fitted: &Fitted, candidate: usize) -> String {
-    let of = &search.candidates[candidate];
-    let mut ast = of.application.effect.ast.clone();
+    let described = &search.candidates[candidate];
+    let mut ast = described.application.effect.ast.clone();
     let signature = fitted.structure.system.signature();
     let brought = fitted.structure.brought_by(candidate);
     let value = |own: &str| {

@@ -38,7 +38,7 @@ pub struct Discovery {
     pub effects: Vec<FoundEffect>,
     /// The terms that were missing, with the verdict [`Verdict::Law`].
     pub law: Option<FoundLaw>,
-    /// Laws in different equations that explain the recordings alike, with the verdict [`Verdict::Unexplained`].
+    /// Laws in different equations that explain the recordings equally well, with the verdict [`Verdict::Unexplained`].
     pub rivals: Vec<RivalLaw>,
     /// The condition outside which the base model explains the recordings, with the verdict [`Verdict::Unexplained`].
     pub regime: Option<FoundRegime>,
@@ -62,7 +62,7 @@ pub struct Discovery {
     pub nowhere: Option<String>,
     /// All structures that were refitted, the best first.
     pub ranking: Vec<Ranked>,
-    /// What each candidate alone promised before it was refitted, the best first.
+    /// The promise of each candidate alone before it was refitted, the best first.
     pub screened: Vec<Screened>,
     /// Parameters of the base model, refitted.
     pub base_parameters: Vec<ParameterValue>,
@@ -86,7 +86,7 @@ pub struct FoundEffect {
     pub name: String,
     /// `plant`, `sensor` or `input`.
     pub kind: &'static str,
-    /// Which realisation, if the family has several.
+    /// Its realisation, if the family has several.
     pub form: Option<String>,
     /// Its doc comment.
     pub doc: Vec<String>,
@@ -96,7 +96,7 @@ pub struct FoundEffect {
     pub alternatives: Vec<Alternative>,
     /// Other realisations of it that were fitted, the best first.
     pub other_forms: Vec<Alternative>,
-    /// What would distinguish it from its alternatives; `None` without any.
+    /// The measurement or test that would distinguish it from its alternatives; `None` without any.
     pub told_apart_by: Option<String>,
     /// Its onset, s, if it has one.
     pub onset: Option<f64>,
@@ -143,7 +143,7 @@ pub struct FoundRegime {
     pub parameters: Vec<ParameterValue>,
 }
 
-/// A law, or effects, that explain the recordings as another law in other equations does.
+/// A law, or effects, that explain the recordings as well as a law in other equations does.
 #[derive(Debug, Clone)]
 pub struct RivalLaw {
     /// The terms.
@@ -168,7 +168,7 @@ pub struct PlainCauses {
 /// Something that is wrong.
 #[derive(Debug, Clone)]
 pub struct PlainCause {
-    /// What kind of thing it is.
+    /// Its kind.
     pub kind: PlainKind,
     /// Its name.
     pub name: String,
@@ -176,20 +176,20 @@ pub struct PlainCause {
     pub with: Option<String>,
     /// A number's value in the text, SI.
     pub declared: Option<f64>,
-    /// The value of a number that fits the recordings; of a clock, recorded seconds for each true one.
+    /// The value of a number that fits the recordings; of a clock, recorded seconds per true second.
     pub value: Option<ParameterValue>,
     /// The unit that is declared for the numbers of a column.
     pub unit: Option<String>,
     /// The unit in which the number of the text, or the numbers of a column, would be right, if there is one; for an
-    /// input, how it goes on between samples.
+    /// input, the interpolation that would be right.
     pub meant_in: Option<String>,
-    /// Where recordings differ or begin elsewhere, the values that they have.
+    /// The values of the recordings, if these differ or begin elsewhere.
     pub values: Vec<RecordingsValue>,
-    /// Where a column is stuck; what was read meanwhile is left out.
+    /// The recordings in which a column is stuck; readings from then on are left out.
     pub since: Vec<StuckSince>,
 }
 
-/// Where a column stays at one value to the end.
+/// A recording in which a column stays at one value to the end.
 #[derive(Debug, Clone)]
 pub struct StuckSince {
     /// Name of the recording.
@@ -207,12 +207,11 @@ pub struct RecordingsValue {
     pub recordings: Vec<String>,
     /// Names of the validation recordings that it explains best.
     pub held_out: Vec<String>,
-    /// The value, with the unit of differences for an offset; without a standard deviation where it is as the model has
-    /// it.
+    /// The value, with the unit of differences for an offset; a declared value has no standard deviation.
     pub value: ParameterValue,
 }
 
-/// What kind of thing is wrong.
+/// The kind of a [`PlainCause`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlainKind {
     /// A constant.
@@ -223,7 +222,7 @@ pub enum PlainKind {
     Unit,
     /// Two recorded columns, which are exchanged.
     Exchanged,
-    /// How an input goes on between samples.
+    /// The interpolation of an input.
     Interpolation,
     /// The unit of time, or the rate of the clock.
     Clock,
@@ -231,11 +230,11 @@ pub enum PlainKind {
     Start,
     /// A column that stays at one value from some moment on.
     Stuck,
-    /// A number of the model that is not the same in all recordings.
+    /// A number of the model that differs between recordings.
     DiffersNumber,
-    /// The offset of a sensor that is not.
+    /// The offset of a sensor that differs between recordings.
     DiffersOffset,
-    /// The rate of the clock that is not.
+    /// The rate of the clock that differs between recordings.
     DiffersClock,
 }
 
@@ -265,7 +264,7 @@ pub struct Described {
     pub name: String,
     /// `plant`, `sensor` or `input`.
     pub kind: &'static str,
-    /// Which realisation, if there are several.
+    /// Its realisation, if there are several.
     pub form: Option<String>,
     /// The equation, parameter, output or input that it changes.
     pub target: String,
@@ -303,12 +302,12 @@ pub struct Unexplained {
     pub target: String,
     /// Whether its likelihood is tied with that of the best place.
     pub is_tied: bool,
-    /// Whether it lacks something together with the other places that are marked so.
+    /// Whether it lacks something together with the other places for which this is true.
     pub is_joint: bool,
     /// Mean square of the residuals relative to the noise with a free input there, in simulations of the training
     /// recordings, where no output counts as more than its readings vary; `None` for a remainder.
     pub left: Option<f64>,
-    /// Why it is hardly what is missing.
+    /// The reason why it is implausible.
     pub objection: Option<String>,
     /// The measurement that separates it from the best place, if the two are tied.
     pub told_apart_by: Option<String>,
@@ -392,7 +391,7 @@ pub struct Ranked {
     pub effects: Vec<String>,
     /// Mean square of the training errors relative to the noise; 1 is perfect.
     pub train: f64,
-    /// The same on validation data; `None` if it cannot be simulated.
+    /// Mean square of the validation errors relative to the noise; `None` if they cannot be simulated.
     pub valid: Option<f64>,
     /// Bayesian information criterion relative to the base model; negative is better.
     pub bic: f64,

@@ -29,9 +29,10 @@ impl Found<'_> {
         let described = &search.candidates[candidate];
         let effect = described.application.effect;
         let brought = after.structure.brought_by(candidate);
-        let own: Vec<String> = brought.map(|b| b.parameters.clone()).unwrap_or_default();
+        let parameter_names: Vec<String> =
+            brought.map(|b| b.parameters.clone()).unwrap_or_default();
         let onset = brought.and_then(|brought| {
-            let is_onset = |own: &&(String, String)| described.onsets.contains(&own.0);
+            let is_onset = |name: &&(String, String)| described.onsets.contains(&name.0);
             let (_, name) = brought.names.iter().find(is_onset)?;
             after.values.p.get(name).copied()
         });
@@ -64,15 +65,15 @@ impl Found<'_> {
             onset,
             windows: windows.swap_remove(0),
             condition,
-            parameters: parameters(after, model_spread, &own),
+            parameters: parameters(after, model_spread, &parameter_names),
             evidence,
         }
     }
 
     /// The unknown in which two equally good structures differ most, in units of its size.
     fn told_apart_by(&self, other: StructureId) -> String {
-        let own = self.search.fitted(self.structure);
-        let largest = own.zip(self.search.fitted(other)).and_then(|(a, b)| {
+        let named = self.search.fitted(self.structure);
+        let largest = named.zip(self.search.fitted(other)).and_then(|(a, b)| {
             let recording = &self.data.train[0];
             search::largest_disagreement(a, b, recording, &self.data.options)
         });

@@ -20,7 +20,7 @@ pub(crate) fn found_law(law: &Law, fitted: &Fitted) -> FoundLaw {
     }
 }
 
-/// Laws that explain the recordings alike, and effects that do so too, if a structure has any.
+/// Laws that explain the recordings equally well, and effects that do so too, if a structure has any.
 pub(crate) fn rival_laws(
     laws: &[Inserted],
     search: &Search<'_>,
@@ -47,15 +47,15 @@ pub(crate) fn rival_laws(
         told_apart_by: if k > 0 { told_apart_by(&law.fitted) } else { None },
         ..rival(&law.fitted)
     };
-    let mut all: Vec<RivalLaw> = laws.iter().enumerate().map(of_law).collect();
+    let mut rivals: Vec<RivalLaw> = laws.iter().enumerate().map(of_law).collect();
     let effects = || doubted.effects().map(|effect| &search.candidates[effect]);
-    // A law in the same equations says the same.
+    // A law in the same equations is the same answer.
     let targets: BTreeSet<String> = effects().map(Candidate::target).collect();
     let is_law = |law: &Inserted| law.targets().iter().copied().eq(targets.iter());
     let is_told = doubted.is_base() || laws.iter().any(is_law);
     if let Some(fitted) = search.fitted(doubted).filter(|_| !is_told) {
         let sensor = effects().find(|effect| effect.kind() == "sensor");
-        all.push(RivalLaw {
+        rivals.push(RivalLaw {
             effects: doubted.effects().map(|effect| search.called(effect)).collect(),
             told_apart_by: match sensor {
                 Some(sensor) => Some(format!("a second sensor of `{}`", sensor.target())),
@@ -64,5 +64,5 @@ pub(crate) fn rival_laws(
             ..rival(fitted)
         });
     }
-    all
+    rivals
 }

@@ -65,8 +65,9 @@ fn over_parts(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<(String, f64)>> {
     let recordings = with_starts(data.train, &fitted.values, &fitted.structure);
     let residuals = fitted.residuals(data);
     let left = |output: usize| {
-        let all = residuals.iter().flat_map(|outputs| &outputs[output]).filter(|e| e.is_finite());
-        let (sum, n) = all.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1));
+        let errors =
+            residuals.iter().flat_map(|outputs| &outputs[output]).filter(|e| e.is_finite());
+        let (sum, n) = errors.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1));
         (sum > 0.0).then(|| (sum / f64::from(n)).sqrt())
     };
     let sigma: Vec<Option<f64>> = (data.noise.iter().enumerate())
@@ -77,10 +78,10 @@ fn over_parts(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<(String, f64)>> {
         threads: 1,
         ..OutputErrorProblem::new(system.as_model(), &fitted.p, &recordings)
     };
-    let at = SpreadAt { p: &fitted.p, estimates: &estimates, sigma: &sigma };
+    let point = SpreadAt { p: &fitted.p, estimates: &estimates, sigma: &sigma };
     // On failure, only the ordinary standard deviation is reported.
-    let found = spread(&problem, at).ok().flatten()?;
-    let known = estimates.into_iter().zip(found.std);
+    let spreads = spread(&problem, point).ok().flatten()?;
+    let known = estimates.into_iter().zip(spreads.std);
     Some(known.filter_map(|(estimate, std)| Some((estimate.name, std?))).collect())
 }
 
@@ -110,8 +111,8 @@ fn estimate_in(
     if other.effects().any(|effect| search.candidates[effect].target() == called) {
         return None;
     }
-    let found = fitted.estimates.iter().find(|estimate| {
+    let matching = fitted.estimates.iter().find(|estimate| {
         estimate.name == called && estimate.recording.is_none() && estimate.std.is_some()
     });
-    found.map(|estimate| estimate.value)
+    matching.map(|estimate| estimate.value)
 }

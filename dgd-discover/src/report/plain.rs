@@ -11,12 +11,12 @@ use crate::plain::{
     Cause, Causes, Difference, Fault, Held, Number, Own, RATE, Since, Suspicion, between,
 };
 
-/// Plain causes; the first has the values of its last fit. Training and validation recordings have these names.
+/// Plain causes, the first with the values of its last fit. `names` are those of training and validation recordings.
 pub(crate) fn plain_causes(causes: &Causes, last: &Fitted, names: [&[String]; 2]) -> PlainCauses {
     let fitted = std::iter::once(last).chain(causes.all.iter().skip(1).map(|one| &one.fitted));
-    let all = causes.all.iter().zip(fitted);
+    let pairs = causes.all.iter().zip(fitted);
     PlainCauses {
-        causes: all.map(|(cause, fitted)| reported(cause, fitted, names)).collect(),
+        causes: pairs.map(|(cause, fitted)| reported(cause, fitted, names)).collect(),
         effects: causes.effects.clone(),
     }
 }
@@ -54,14 +54,14 @@ fn reported(cause: &Cause, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause
             ..named(PlainKind::Interpolation, name)
         },
         Suspicion::Column(Fault::Stuck { name, unit, since, .. }) => {
-            let of = |one: &Since| StuckSince {
+            let stuck_since = |one: &Since| StuckSince {
                 recording: names[usize::from(one.is_held_out)][one.recording].clone(),
                 time: one.time,
                 value: valued(name, unit, one.value, None),
             };
             PlainCause {
                 unit: Some(unit.symbol.clone()),
-                since: since.iter().map(of).collect(),
+                since: since.iter().map(stuck_since).collect(),
                 ..named(PlainKind::Stuck, name)
             }
         }
@@ -74,9 +74,9 @@ fn reported(cause: &Cause, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause
 }
 
 fn of_number(number: &Number, fitted: &Fitted) -> PlainCause {
-    let own = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == number.name);
-    let value = own.map_or(number.declared, |own| own.value);
-    let std = own.and_then(|own| own.std);
+    let estimate = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == number.name);
+    let value = estimate.map_or(number.declared, |estimate| estimate.value);
+    let std = estimate.and_then(|estimate| estimate.std);
     let kind = if number.is_constant { PlainKind::Constant } else { PlainKind::Parameter };
     PlainCause {
         declared: Some(number.declared),
@@ -98,9 +98,9 @@ fn of_start(held: &Held, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
 }
 
 fn of_clock(fitted: &Fitted) -> PlainCause {
-    let own = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == RATE);
+    let estimate = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == RATE);
     let unit = units::Unit::one();
-    let value = own.map(|own| valued("clock", &unit, own.value, own.std));
+    let value = estimate.map(|estimate| valued("clock", &unit, estimate.value, estimate.std));
     PlainCause {
         declared: Some(1.0),
         value,
@@ -121,14 +121,14 @@ fn of_recordings(difference: &Difference, fitted: &Fitted, names: [&[String]; 2]
         Own::Offset(output, unit) => (PlainKind::DiffersOffset, &**output, unit.of_differences()),
         Own::Clock => (PlainKind::DiffersClock, "time", units::Unit::one()),
     };
-    let of = |groups: &[usize], names: &[String], group: usize| -> Vec<String> {
+    let members = |groups: &[usize], names: &[String], group: usize| -> Vec<String> {
         let both = groups.iter().zip(names).filter(|(own, _)| **own == group);
         both.map(|(_, name)| name.clone()).collect()
     };
     let values = difference.values(fitted).into_iter().enumerate();
     let values = values.map(|(group, (value, std))| RecordingsValue {
-        recordings: of(&difference.train, names[0], group),
-        held_out: of(&difference.valid, names[1], group),
+        recordings: members(&difference.train, names[0], group),
+        held_out: members(&difference.valid, names[1], group),
         value: valued(name, &unit, value, std),
     });
     let values = values.collect();

@@ -22,7 +22,7 @@ pub struct Power {
 /// the base model, to first order. For an effect with an onset, at the middle one of those tried.
 pub(crate) fn power(search: &Search<'_>, screen: &Screen) -> Vec<Power> {
     let samples = search.training_error(StructureId::BASE).map_or(1, |(_, n)| n) as f64;
-    let mut all: Vec<Power> = Vec::new();
+    let mut powers: Vec<Power> = Vec::new();
     let library = search.candidates.iter().enumerate().filter(|(_, one)| !one.is_generic);
     for (candidate, _) in library {
         let trials = screen.trials.iter().filter(|trial| trial.candidate == candidate);
@@ -43,12 +43,12 @@ pub(crate) fn power(search: &Search<'_>, screen: &Screen) -> Vec<Power> {
         let Some(parameter) = parameters.find(|p| *p.name == **name) else { continue };
         let numbers = brought.map_or(1, |brought| brought.parameters.len()) as f64;
         let gain = search.thresholds.least_gain + numbers * samples.ln();
-        all.push(Power {
+        powers.push(Power {
             name: search.called(candidate),
             parameter: name.clone(),
             unit: parameter.unit.clone(),
             smallest: gain.sqrt() / length,
         });
     }
-    all
+    powers
 }

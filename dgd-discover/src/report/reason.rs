@@ -78,19 +78,21 @@ impl Excess {
         let validation =
             (!data.valid.is_empty()).then(|| fitted.held_out_residuals(data)).flatten();
         let validation = validation.map(|all| above(all, thresholds.explained_held_out, true));
-        let all = training.into_iter().chain(validation.into_iter().flatten());
-        all.filter(|one| one.square > one.limit)
+        let outputs = training.into_iter().chain(validation.into_iter().flatten());
+        outputs
+            .filter(|one| one.square > one.limit)
             .max_by(|a, b| (a.square / a.limit).total_cmp(&(b.square / b.limit)))
     }
 
     /// `have 1.19 times`, of training data or of validation data.
     pub(crate) fn words(&self) -> String {
-        let of = if self.in_validation { "in validation data " } else { "" };
-        format!("still have {of}{} times", ratio(self.square))
+        let place = if self.in_validation { "in validation data " } else { "" };
+        format!("still have {place}{} times", ratio(self.square))
     }
 }
 
-/// The reason for a law or a plain cause, each with the data that it was fitted to, with the base model and the corrected one as reported.
+/// The reason for a law or a plain cause. The base model and the corrected one are as reported, each with the data that
+/// it was fitted to.
 pub(crate) fn reason_of_law(
     (before, data): (&Fitted, &Data<'_>),
     (after, data_after): (&Fitted, &Data<'_>),
@@ -183,7 +185,7 @@ pub(crate) fn reason(
     }
 }
 
-/// Why the best of what was tried is not named.
+/// The reason why the best of the structures is not named.
 fn why_not(search: &Search<'_>, best: StructureId, data: &Data<'_>) -> String {
     let Some(fitted) = search.fitted(best) else { return String::new() };
     if let Some(excess) = Excess::of(fitted, data, &search.thresholds) {

@@ -20,7 +20,7 @@ use crate::library::{Structure, Values};
 /// An effect is active where it exceeds this fraction of its maximum.
 pub(crate) const AT_WORK: f64 = 0.05;
 
-/// And changes a value by more than this fraction of it.
+/// It must also change a value by more than this fraction of it.
 const ROUNDING: f64 = 1e-9;
 
 /// Windows in which an effect is active in each recording, s.
@@ -82,16 +82,17 @@ pub(crate) fn changes(
         recordings.map(|(r, recording)| run(system, values, r, recording, options)).collect()
     };
     let Some(own) = runs(&with.system) else { return Vec::new() };
-    let of = |names: Vec<Changed>, a: &[f64], b: &[f64]| -> Vec<Change> {
+    let changes_of = |names: Vec<Changed>, a: &[f64], b: &[f64]| -> Vec<Change> {
         let n = names.len();
         let change = |(i, what): (usize, Changed)| {
-            let own = a.iter().skip(i).step_by(n).zip(b.iter().skip(i).step_by(n));
-            let by: Vec<f64> = own.map(|(a, b)| a - b).collect();
+            let pairs = a.iter().skip(i).step_by(n).zip(b.iter().skip(i).step_by(n));
+            let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
             let largest = |values: &mut dyn Iterator<Item = f64>| {
                 values.fold(0.0, |most: f64, value| most.max(value.abs()))
             };
             let size = largest(&mut a.iter().skip(i).step_by(n).copied());
-            (largest(&mut by.iter().copied()) > ROUNDING * size).then_some(Change { what, by })
+            (largest(&mut differences.iter().copied()) > ROUNDING * size)
+                .then_some(Change { what, by: differences })
         };
         names.into_iter().enumerate().filter_map(change).collect()
     };
@@ -103,7 +104,7 @@ pub(crate) fn changes(
         let (a, b): (Vec<Vec<f64>>, Vec<Vec<f64>>) = in_rows.into_iter().unzip();
         let unknowns = without.system.signature().unknowns.iter();
         let names = unknowns.map(|unknown| Changed::Equation(unknown.name.to_string())).collect();
-        let changed = of(names, &a.concat(), &b.concat());
+        let changed = changes_of(names, &a.concat(), &b.concat());
         if !changed.is_empty() {
             return changed;
         }
@@ -114,7 +115,7 @@ pub(crate) fn changes(
     };
     let names = with.system.signature().outputs.iter();
     let names = names.map(|output| Changed::Reading(output.name.to_string()));
-    of(names.collect(), &outputs(own), &outputs(others))
+    changes_of(names.collect(), &outputs(own), &outputs(others))
 }
 
 /// A run of one of the recordings, by its position among them, and its outputs.
@@ -171,7 +172,7 @@ fn rows(
     Some((with_effect, without_effect))
 }
 
-/// The discrete numbers of one system if another, which includes its automata, has `known`.
+/// The discrete numbers of a system, with the modes of its automata from another one, whose numbers are `known`.
 fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]) -> Vec<f64> {
     let automata = &system.signature().discrete.automata;
     let mut z = discrete_numbers(system, p, t);
@@ -186,18 +187,18 @@ fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]
 
 /// Windows of neighbouring samples with activity.
 fn stretches(times: &[f64], activity: &[f64]) -> Vec<[f64; 2]> {
-    let mut all: Vec<[f64; 2]> = Vec::new();
+    let mut windows: Vec<[f64; 2]> = Vec::new();
     let mut is_open = false;
     for (t, value) in times.iter().zip(activity) {
         let at_work = *value > AT_WORK;
-        match all.last_mut() {
+        match windows.last_mut() {
             Some(last) if at_work && is_open => last[1] = *t,
-            _ if at_work => all.push([*t, *t]),
+            _ if at_work => windows.push([*t, *t]),
             _ => {}
         }
         is_open = at_work;
     }
-    all
+    windows
 }
 
 /// The unknown in which two fits differ most in a recording, in units of its size.

@@ -10,7 +10,7 @@ use crate::library::StructureId;
 pub struct Alternative {
     /// Its name.
     pub name: String,
-    /// Which realisation, if its family has several.
+    /// Its realisation, if its family has several.
     pub form: Option<String>,
     /// Its validation error relative to that of the named one.
     pub valid_ratio: f64,
@@ -59,13 +59,13 @@ impl Search<'_> {
             let is_one = is_form || valid_ratio <= self.thresholds.alternative && as_good;
             is_one.then_some(InItsPlace { alternative, candidate: other, structure })
         };
-        let mut all: Vec<InItsPlace> =
+        let mut replacing: Vec<InItsPlace> =
             (0..self.candidates.len()).filter_map(in_its_place).collect();
-        all.sort_by(|a, b| a.alternative.valid_ratio.total_cmp(&b.alternative.valid_ratio));
+        replacing.sort_by(|a, b| a.alternative.valid_ratio.total_cmp(&b.alternative.valid_ratio));
 
         let (mut said, mut forms_said) = (BTreeSet::new(), BTreeSet::from([own.form()]));
         let mut replacements = Replacements::default();
-        for one in all {
+        for one in replacing {
             let Alternative { name, form, .. } = &one.alternative;
             if *name == own.name() {
                 if forms_said.insert(form.clone()) {

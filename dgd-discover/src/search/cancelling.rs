@@ -10,7 +10,7 @@
 //! and b cancels a if both change the same rows and d is small relative to d_b while b is active. Unrelated effects are
 //! equal and opposite only by accident: at one place they are one unknown input. The reading of a sensor and the
 //! equation of its quantity are two places even if they have one name: an offset in one is a slope in the other. If a
-//! also changes other rows, b may be its consequence: what spills into a tank may make that tank spill.
+//! also changes other rows, b may be its consequence: an overflow into a tank may make that tank overflow.
 
 use super::activity::{AT_WORK, Change, changes};
 use super::tried::Search;
@@ -18,7 +18,7 @@ use crate::fit::Fitted;
 use crate::library::StructureId;
 
 impl Search<'_> {
-    /// Two effects of a structure of which one only cancels the other, over all training recordings together.
+    /// Two effects of a structure, one of which only cancels the other, over all training recordings together.
     pub(crate) fn cancelling(&self, structure: StructureId) -> Option<[usize; 2]> {
         let fitted = self.fitted(structure)?;
         *fitted.cancelling.get_or_init(|| self.taken_back(fitted))
@@ -30,13 +30,13 @@ impl Search<'_> {
         if chosen.len() < 2 {
             return None;
         }
-        let by = |some: &[usize]| {
+        let changes_by = |some: &[usize]| {
             let rest = structure.effects().filter(|c| !some.contains(c)).collect();
             let without = self.base.structure(self.candidates, rest).ok()?;
             let (values, train) = (&fitted.values, self.data.train);
             Some(changes(&fitted.structure, &without, values, train, &self.data.options))
         };
-        let alone: Vec<Option<Vec<Change>>> = chosen.iter().map(|c| by(&[*c])).collect();
+        let alone: Vec<Option<Vec<Change>>> = chosen.iter().map(|c| changes_by(&[*c])).collect();
         let pairs = (0..chosen.len()).flat_map(|i| (i + 1..chosen.len()).map(move |j| (i, j)));
         let taken_back = |(i, j): (usize, usize)| {
             let (Some(by_a), Some(by_b)) = (&alone[i], &alone[j]) else { return None };
@@ -44,7 +44,7 @@ impl Search<'_> {
                 return None;
             }
             let [a, b] = [chosen[i], chosen[j]];
-            let by_both = by(&[a, b])?;
+            let by_both = changes_by(&[a, b])?;
             let share = self.thresholds.taken_back;
             if is_taken_back(by_b, &by_both, share) {
                 return Some([a, b]);

@@ -42,19 +42,19 @@ impl Search<'_> {
         Ranking { standings, question, discrepancy }
     }
 
-    /// The place of a template in an order of plainness, if a structure is a single template: the position of its file,
-    /// which is that of its first candidate, as candidates are in the order of the files. What scales a quantity whose
-    /// zero is a convention, such as a temperature in °C, comes last.
+    /// The rank of a template by plainness, if a structure is a single template: the position of its file, which is
+    /// that of its first candidate, as candidates are in the order of the files. Templates that scale a quantity whose
+    /// zero is a convention, such as a temperature in °C, come last.
     fn template(&self, structure: StructureId) -> Option<(bool, usize)> {
         let mut effects = structure.effects().filter(|_| structure.len() == 1);
-        let own = effects.next().filter(|c| self.candidates[*c].is_generic)?;
+        let template = effects.next().filter(|c| self.candidates[*c].is_generic)?;
         let file = |c: usize| self.candidates[c].application.effect.full_name();
-        let first = self.range(Open::Templates).find(|&c| file(c) == file(own))?;
-        let candidate = &self.candidates[own];
+        let first = self.range(Open::Templates).find(|&c| file(c) == file(template))?;
+        let candidate = &self.candidates[template];
         Some((candidate.scales() && self.has_conventional_zero(&candidate.target()), first))
     }
 
-    /// Whether an input or output has a unit whose zero is not nothing.
+    /// Whether an input or output has a unit with a conventional zero, such as °C.
     fn has_conventional_zero(&self, name: &str) -> bool {
         let Some(base) = self.fitted(StructureId::BASE) else { return false };
         let signature = base.structure.system.signature();
@@ -66,9 +66,9 @@ impl Search<'_> {
     /// The fitted structures by the Bayesian information criterion, the best first.
     pub(crate) fn ranked(&self) -> Vec<StructureId> {
         let criteria = self.tried.keys().filter_map(|&one| Some((self.bic(one)?, one)));
-        let mut all: Vec<(f64, StructureId)> = criteria.collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        all.into_iter().map(|(_, structure)| structure).collect()
+        let mut ranked: Vec<(f64, StructureId)> = criteria.collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        ranked.into_iter().map(|(_, structure)| structure).collect()
     }
 
     /// Σ (e/σ)² + k ln N on the training recordings, with the sum in units of the best structure's residual: if that
@@ -95,7 +95,7 @@ impl Search<'_> {
         Some(self.fitted(structure)?.error)
     }
 
-    /// Only the sum; infinite for structures that could not be fitted.
+    /// The sum of [`Self::training_error`]; infinite for structures that could not be fitted.
     pub(crate) fn training_sum(&self, structure: StructureId) -> f64 {
         self.training_error(structure).map_or(f64::INFINITY, |(sum, _)| sum)
     }
@@ -105,7 +105,8 @@ impl Search<'_> {
         mean(&chi_square(&self.fitted(structure)?.residuals(&self.data), &self.data.noise))
     }
 
-    /// The same for the validation recordings; `None` if none of their samples counts.
+    /// Mean square of the errors in the validation recordings relative to the noise; `None` if none of their samples
+    /// counts.
     pub(crate) fn held_out_square(&self, structure: StructureId) -> Option<f64> {
         let residuals = self.fitted(structure)?.held_out_residuals(&self.data)?;
         mean(&chi_square(&residuals, &self.data.noise))
@@ -126,7 +127,8 @@ impl Search<'_> {
         misfit
     }
 
-    /// The same, but if the simulation diverges from an output's readings, at most their variance.
+    /// The misfit of a fit in each output, but at most the variance of the readings if the simulation diverges from
+    /// them.
     fn bounded(&self, fitted: &Fitted) -> Misfit {
         let data = &self.data;
         let held_out = fitted.held_out_residuals(data);
@@ -157,14 +159,14 @@ impl Search<'_> {
         self.fitted(structure).is_some_and(|fitted| self.leaves_nothing(fitted))
     }
 
-    /// The same for a fit.
+    /// [`Self::explains`] for a fit.
     pub(crate) fn leaves_nothing(&self, fitted: &Fitted) -> bool {
         let (training, held_out) = (self.thresholds.explained, self.thresholds.explained_held_out);
         self.misfit(fitted).is_at_most(training, held_out)
     }
 
-    /// Whether a fit leaves nothing, and validation recordings confirm that: what its own uncertainty allows there does
-    /// not.
+    /// Whether a fit leaves nothing and validation recordings confirm that without an allowance for its own
+    /// uncertainty.
     pub(crate) fn validates(&self, fitted: &Fitted) -> bool {
         let square = fitted.held_out_residuals(&self.data);
         let square = square.and_then(|left| mean(&chi_square(&left, &self.data.noise)));
@@ -172,13 +174,13 @@ impl Search<'_> {
             && self.leaves_nothing(fitted)
     }
 
-    /// Whether a fit leaves only noise of the training recordings.
+    /// Whether a fit leaves only noise in the training recordings.
     pub(crate) fn fits(&self, fitted: &Fitted) -> bool {
         let misfit = self.misfit_of(&fitted.residuals(&self.data), None);
         misfit.is_at_most_in_training(self.thresholds.explained)
     }
 
-    /// Whether so much of the discrepancy is explained that the rest may be one more effect.
+    /// Whether enough of the discrepancy is explained that the rest may be one more effect.
     pub(crate) fn is_promising(&self, structure: StructureId) -> bool {
         let excess = |of: StructureId| self.training_error(of).map(|(sum, n)| sum - n as f64);
         match (excess(structure), excess(StructureId::BASE)) {
@@ -187,7 +189,7 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a structure leaves nothing but noise of the training recordings.
+    /// Whether a structure leaves only noise in the training recordings.
     ///
     /// Start values of validation recordings are estimated from only a minute of data, so their errors are never quite
     /// white; `explains` checks their size.
@@ -217,8 +219,10 @@ impl Search<'_> {
                 }
             }
         }
-        let all = short.iter().zip(noise).filter_map(|(left, noise)| Some((left, (*noise)?)));
-        all.map(|(left, noise)| size(left, &unit_of(&noise)))
+        let short_outputs =
+            short.iter().zip(noise).filter_map(|(left, noise)| Some((left, (*noise)?)));
+        short_outputs
+            .map(|(left, noise)| size(left, &unit_of(&noise)))
             .all(|test| test.is_none_or(|test| test.p_value > least))
     }
 

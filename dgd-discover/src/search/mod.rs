@@ -77,7 +77,8 @@ impl Search<'_> {
         }
         self.open_templates();
         if nearly_all != Outcome::Unexplained {
-            // Its remaining discrepancy may have another name, or all of it a name that explains more with no more effects.
+            // Its remaining discrepancy may have another name, or all of it a name that explains more with no more
+            // effects.
             let whole = nearly_all.structure();
             return match self.search(vec![StructureId::BASE, whole]) {
                 Outcome::Effects(other)
@@ -115,7 +116,7 @@ impl Search<'_> {
         std::iter::once(StructureId::BASE).chain(best).collect()
     }
 
-    /// The verdict on what was tried so far.
+    /// The verdict on the structures tried so far.
     fn judged(&self, question: Question) -> Outcome {
         Verdict::of(&self.ranking(question), &self.thresholds)
     }
@@ -217,7 +218,7 @@ impl Search<'_> {
                 return Outcome::Unexplained;
             }
             self.finish(&[best]);
-            // What ended at a bound cannot be named, but the rest may do without it.
+            // An effect at a bound cannot be named, but the rest may suffice without it.
             if let Some(effect) = self.at_bound(best).first() {
                 let rest = best.without(*effect);
                 self.settle(rest, best);

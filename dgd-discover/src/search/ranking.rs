@@ -39,7 +39,7 @@ pub(crate) struct Standing<'a> {
     pub names: BTreeSet<String>,
     /// Its templates.
     pub generic: Vec<usize>,
-    /// If it is a single template, its place in an order of plainness.
+    /// If it is a single template, its rank by plainness.
     pub template: Option<(bool, usize)>,
     /// Whether its templates are few enough and at different places.
     pub is_sayable: bool,
@@ -108,15 +108,15 @@ impl Misfit {
             }
     }
 
-    /// The same in training data.
+    /// [`Self::is_at_most`] for training data alone.
     pub(crate) fn is_at_most_in_training(&self, limit: f64) -> bool {
         self.all_within(&self.trained, &[], limit)
     }
 
     fn all_within(&self, by_output: &[(f64, usize)], more: &[f64], limit: f64) -> bool {
         let or_one = |slack: &[f64], i: usize| slack.get(i).copied().unwrap_or(1.0);
-        let mut all = by_output.iter().enumerate();
-        all.all(|(i, (sum, n))| {
+        let mut outputs = by_output.iter().enumerate();
+        outputs.all(|(i, (sum, n))| {
             let slack = or_one(&self.slack, i) * or_one(more, i);
             *n == 0 || *sum <= slack * limit * *n as f64
         })

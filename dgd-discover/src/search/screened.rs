@@ -25,7 +25,7 @@ impl Search<'_> {
         scores
     }
 
-    /// Possible gains of each of the open candidates there.
+    /// Possible gains of the open candidates on top of a structure.
     pub(crate) fn trials(&mut self, structure: StructureId) -> Vec<Trial> {
         self.screen(self.open, structure);
         let trials = self.known_screens(self.open, structure).flat_map(|screen| &screen.trials);
@@ -38,8 +38,8 @@ impl Search<'_> {
         match known.or_else(|| self.base_screens.get(&some)) {
             Some(screen) => screen.clone(),
             None => self.fitted(StructureId::BASE).map_or_else(Screen::default, |fitted| {
-                let all: Vec<usize> = self.range(some).collect();
-                self.screen_of(fitted, &all, Resolution::Grid)
+                let candidates: Vec<usize> = self.range(some).collect();
+                self.screen_of(fitted, &candidates, Resolution::Grid)
             }),
         }
     }

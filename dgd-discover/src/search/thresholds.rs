@@ -6,11 +6,11 @@ pub(crate) struct Thresholds {
     /// Maximum mean square of each output's errors with which a structure explains the training data. The margin is a
     /// few per cent of the sensors' noise, more than rounding and less than any effect.
     pub explained: f64,
-    /// The same for validation data: 1.2 times the noise, since start values are estimated from only a minute there,
+    /// The maximum for validation data: 1.2 times the noise, since start values are estimated from only a minute there,
     /// and parameters only from the training data.
     pub explained_held_out: f64,
-    /// The same if a structure with more effects explains the data and is hardly more likely: 1.5 times the noise, to
-    /// allow for wrong estimates in the simpler one.
+    /// The maximum for validation data if a structure with more effects explains the data and is hardly more likely:
+    /// 1.5 times the noise, to allow for wrong estimates in the simpler one.
     pub nearly_explained_held_out: f64,
     /// Residuals count as noise if no test has a p-value below this divided by the number of outputs: one false alarm
     /// in ten thousand models.
@@ -36,7 +36,7 @@ pub(crate) struct Thresholds {
     /// Templates that leave at most this fraction of the base model's mean square, on validation recordings too,
     /// describe the recordings.
     pub mostly: f64,
-    /// A third effect is looked for if two leave less than this fraction of the base model's Σ(ε² − 1).
+    /// A third effect is sought if two leave less than this fraction of the base model's Σ(ε² − 1).
     pub promising: f64,
     /// Maximum p-value of a named effect.
     pub significant: f64,

@@ -179,8 +179,7 @@ impl Search<'_> {
         self.fitted(structure).is_some() && self.at_bound(structure).is_empty()
     }
 
-    /// Whether its fit has converged or gains nothing more, if it has templates: one that is still on its way is no
-    /// finding.
+    /// Whether its fit has converged or no longer improves, if it has templates: an unfinished fit is not a finding.
     pub(crate) fn is_finished(&self, structure: StructureId) -> bool {
         let has_templates = structure.effects().any(|c| self.candidates[c].is_generic);
         let has_converged = || self.fitted(structure).is_some_and(|fitted| fitted.is_converged);
@@ -207,10 +206,11 @@ impl Search<'_> {
     fn idle<'b>(&self, effect: usize, brought: &'b Brought, fitted: &Fitted) -> Vec<&'b String> {
         let declared = &fitted.structure.system.signature().parameters;
         let rests = |name: &str| {
-            let own = brought.names.iter().find(|(_, known)| known == name);
+            let brought_name = brought.names.iter().find(|(_, known)| known == name);
             let declared = declared.iter().find(|parameter| *parameter.name == *name);
-            own.is_some_and(|(own, _)| self.candidates[effect].is_declared_at_null(own))
-                && declared.is_some_and(|d| fitted.values.p.get(name) == Some(&d.value))
+            brought_name.is_some_and(|(brought_name, _)| {
+                self.candidates[effect].is_declared_at_null(brought_name)
+            }) && declared.is_some_and(|d| fitted.values.p.get(name) == Some(&d.value))
         };
         let idle: Vec<&String> = brought.null.iter().filter(|name| rests(name)).collect();
         if idle.len() == brought.null.len() { Vec::new() } else { idle }

@@ -116,7 +116,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         let first = ranked
             .iter()
             .find(|standing| self.explains(standing) && self.may_be_named(standing))?;
-        // What is hardly less likely may predict the validation recordings better.
+        // A structure that is hardly less likely may predict the validation recordings better.
         let mut best = ranked
             .iter()
             .filter(|other| {
@@ -288,8 +288,8 @@ impl<'a, 'r> Judge<'a, 'r> {
 
     /// Whether other names leave clearly more, in training or in validation recordings.
     fn is_unrivalled(self, structure: StructureId) -> bool {
-        let own = self.ranking.get(structure).and_then(|own| own.misfit.squares());
-        own.is_some_and(|[_, held_out]| {
+        let squares = self.ranking.get(structure).and_then(|own| own.misfit.squares());
+        squares.is_some_and(|[_, held_out]| {
             self.rivals(structure).iter().all(|rival| {
                 rival
                     .misfit
@@ -300,8 +300,8 @@ impl<'a, 'r> Judge<'a, 'r> {
     }
 }
 
-/// How likely a structure makes the training and the validation recordings; less is better. It was fitted to the
-/// former only.
+/// The criterion of a structure plus its validation error, as a measure of its likelihood; less is better. It was
+/// fitted to the training recordings only.
 fn likelihood(standing: &Standing<'_>) -> f64 {
     let held_out = match &standing.misfit.held_out {
         HeldOutMisfit::Left { error: (sum, _), .. } => *sum,

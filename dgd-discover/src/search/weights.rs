@@ -29,7 +29,7 @@ impl Search<'_> {
         );
         count.more(1);
         let Ok(fitted) = fitted else {
-            // Places and laws are found along the readings, whatever the model does by itself.
+            // Places and laws are found along the readings, whatever the simulation does.
             let mut fitted = Fitted::diverging(structure, &self.data)?;
             self.data.counts_from = fitted.counts_from(&self.data, EVALUATIONS);
             fitted.hold_out(&self.data, EVALUATIONS);
@@ -144,7 +144,7 @@ impl Search<'_> {
         }
     }
 
-    /// The same after the noise has changed enough to matter for screens and evidence.
+    /// Reweights all errors, and discards screens and evidence, after the noise has changed enough to matter for these.
     pub(crate) fn reweigh(&mut self) {
         self.weigh_all();
         self.screens.clear();
@@ -204,7 +204,7 @@ impl Search<'_> {
     }
 }
 
-/// Whether the noise of the training recordings explains the validation errors. Larger ones pass where the training
+/// Whether the noise of the training recordings explains the validation errors. Larger ones pass if the training
 /// recordings leave parameters and start values uncertain enough to explain them. A small effect would not pass: it
 /// adds different errors in each recording.
 fn is_the_same(fitted: &Fitted, data: &Data<'_>, thresholds: &Thresholds) -> bool {

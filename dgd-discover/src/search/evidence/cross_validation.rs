@@ -43,8 +43,8 @@ impl Search<'_> {
             let parts = sums.iter().map(|of_part| of_part[output]);
             parts.fold((0.0, 0), |(sum, n), (more, m)| (sum + more, n + m))
         };
-        let all: Vec<(f64, usize)> = (0..outputs).map(of_output).collect();
-        Some(all.iter().filter_map(|one| mean(std::slice::from_ref(one))).collect())
+        let totals: Vec<(f64, usize)> = (0..outputs).map(of_output).collect();
+        Some(totals.iter().filter_map(|one| mean(std::slice::from_ref(one))).collect())
     }
 }
 

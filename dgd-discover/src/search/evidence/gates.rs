@@ -2,12 +2,12 @@
 //!
 //! | verdict | holds only if |
 //! |---|---|
-//! | `sufficient` | noise gains the best candidate as much as the data does in one of ten thousand resamples at least |
+//! | `sufficient` | in at least one of ten thousand resamples, noise gains the best candidate as much as the data |
 //! | an effect that is named | its own p-value is at most `significant` |
 //! | | it, another form of it or an alternative is in the best structure of a share `included` of the resamples |
-//! | | `aside` readings or more come before its onset, and after it |
+//! | | at least `aside` readings come before its onset, and after it |
 //! | | no parameter of it is at a bound (`verdict.rs`) |
-//! | | without validation data, it predicts quarters of the recordings that it was not fitted to, to the noise or to half of what the base model leaves there |
+//! | | without validation data, it predicts left-out quarters to the noise or to half of the base model's mean square |
 //!
 //! A structure that does not hold is doubted, with the reason, and the search continues with the next.
 
@@ -48,10 +48,10 @@ impl Search<'_> {
         if let Some(known) = self.evidence.get(&structure) {
             return known.clone();
         }
-        let all: Vec<Weighed> =
+        let weighed: Vec<Weighed> =
             structure.effects().map(|effect| self.weigh(structure, effect)).collect();
-        self.evidence.insert(structure, all.clone());
-        all
+        self.evidence.insert(structure, weighed.clone());
+        weighed
     }
 
     /// Evidence for one effect of a structure.
@@ -62,10 +62,10 @@ impl Search<'_> {
         let sizes = self.sizes_of_noise(structure, rest);
         let trials: Vec<Trial> =
             self.trials(rest).into_iter().map(|trial| trial.with_errors_of(&sizes)).collect();
-        let own = trials.iter().filter(|trial| trial.candidate == effect);
+        let of_effect = trials.iter().filter(|trial| trial.candidate == effect);
         // The first-order promise of a large effect, or one with jumps, is far below the gain of its refit.
         let left = |of: StructureId| self.training_error(of).map_or(0.0, |(sum, _)| sum);
-        let observed = gain(own).max(left(rest) - left(structure));
+        let observed = gain(of_effect).max(left(rest) - left(structure));
         let p_value = p_value(&trials, observed, &mut random);
         let contenders = self.contenders(structure, effect);
         let [inclusion, with_alike] = inclusion(&contenders, self.unit(), &mut random);
@@ -75,8 +75,8 @@ impl Search<'_> {
 
     /// The size of the noise in each block, as a fraction of the errors that a structure's rest leaves there.
     ///
-    /// Errors that the effect explains are not noise. Where it shows in only a few blocks, their random signs often agree
-    /// by chance, and then gain as much. All sizes are one if the structure does not explain the data.
+    /// Errors that the effect explains are not noise. Where it shows in only a few blocks, their random signs often
+    /// agree by chance, and then gain as much. All sizes are one if the structure does not explain the data.
     fn sizes_of_noise(&self, structure: StructureId, rest: StructureId) -> [f64; BLOCKS] {
         let mut sizes = [1.0; BLOCKS];
         let fits = self.fitted(structure).zip(self.fitted(rest));
@@ -113,10 +113,10 @@ impl Search<'_> {
             let fitted = self.fitted(of)?;
             let (_, samples) = fitted.error;
             let penalty = fitted.free() as f64 * (samples as f64).ln();
-            let own = of.contains(effect);
-            let either = own || alike.iter().any(|other| of.contains(*other));
+            let has_effect = of.contains(effect);
+            let either = has_effect || alike.iter().any(|other| of.contains(*other));
             let sums = self.sums_of_blocks(fitted, BLOCKS);
-            Some(Contender { has: [own, either], penalty, sums })
+            Some(Contender { has: [has_effect, either], penalty, sums })
         };
         self.ranked().into_iter().filter_map(contender).collect()
     }
@@ -200,9 +200,10 @@ impl Search<'_> {
 
     /// The best doubted structure, or otherwise the base model, with the reason.
     pub(crate) fn doubts(&self) -> Option<(StructureId, &str)> {
-        let of = |structure: StructureId| Some((structure, self.doubted.get(&structure)?.as_str()));
-        let best = self.ranked().into_iter().filter(|one| !one.is_base()).find_map(of);
-        best.or_else(|| of(StructureId::BASE))
+        let doubt_of =
+            |structure: StructureId| Some((structure, self.doubted.get(&structure)?.as_str()));
+        let best = self.ranked().into_iter().filter(|one| !one.is_base()).find_map(doubt_of);
+        best.or_else(|| doubt_of(StructureId::BASE))
     }
 }
 

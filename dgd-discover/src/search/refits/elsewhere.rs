@@ -1,7 +1,7 @@
 //! Fits the best structures again from other values of the constants of their effects.
 //!
-//! Where an effect has a kink, a jump or a moment, the misfit has several minima over its constants, and a fit ends in the
-//! nearest. Each constant is moved over its range, the rest of the model adapts to it, and then all is fitted.
+//! If an effect has a kink, a jump or a moment, the misfit has several minima over its constants, and a fit ends in the
+//! nearest. Each constant is moved over its range, the rest of the model adapts to it, and then everything is fitted.
 
 use dgd_runtime::System;
 use dgd_screen::usual_spacing;
@@ -27,7 +27,7 @@ const WORTH_A_FIT: usize = 4;
 /// Maximum number of simulations of a fit from elsewhere; half as many before it while the constant is held.
 const EVALUATIONS: usize = 20;
 
-/// Factor by which a constant without bounds is less or more.
+/// Factor by which a constant without bounds is lowered and raised.
 const FACTOR: f64 = 5.0;
 
 /// Fraction of the misfit to which a fit from elsewhere must come for it to count as another minimum.
@@ -48,8 +48,9 @@ impl Search<'_> {
         }
     }
 
-    /// Fits near forms of the templates that do best, but leave more than noise, from where those ended, if they share a
-    /// constant: what is read now and then is late by half of the time in between, so its fit begins at that of a delay.
+    /// Fits near forms of the templates that do best, but leave more than noise, from where those ended, if they share
+    /// a constant: a reading that is refreshed at intervals is late by half an interval on average, so the fit of such
+    /// a form begins at that of a delay.
     pub(crate) fn try_forms_from_the_best(&mut self) {
         let mut best = self.ranked();
         best.retain(|one| !one.is_base() && self.may_be_said(*one));
@@ -67,9 +68,11 @@ impl Search<'_> {
                     if is_new && self.are_near(near, effect) && self.share_a_constant(near, effect)
                     {
                         self.settle(form, whole);
-                        let own = &self.candidates[near];
-                        let has_clock =
-                            own.free_constants().iter().any(|own_name| own.is_clock(own_name));
+                        let candidate = &self.candidates[near];
+                        let has_clock = candidate
+                            .free_constants()
+                            .iter()
+                            .any(|own_name| candidate.is_clock(own_name));
                         if has_clock && self.settled.insert((form, form)) {
                             self.fit_from_elsewhere(form);
                         }
@@ -79,7 +82,7 @@ impl Search<'_> {
         }
     }
 
-    /// Whether two candidates with the same arguments have a constant of one name.
+    /// Whether two candidates with the same arguments have a constant of the same name.
     fn share_a_constant(&self, one: usize, other: usize) -> bool {
         let [one_names, other_names] = [one, other].map(|c| self.candidates[c].free_constants());
         self.have_one_place(one, other) && one_names.iter().any(|name| other_names.contains(name))
@@ -108,16 +111,16 @@ impl Search<'_> {
     /// the rest stays, then others, the better ones first.
     fn points_elsewhere(&self, structure: StructureId) -> Vec<StartPoint> {
         let Some(fitted) = self.fitted(structure) else { return Vec::new() };
-        let mut found: Vec<(bool, f64, StartPoint)> = Vec::new();
+        let mut points: Vec<(bool, f64, StartPoint)> = Vec::new();
         for (effect, brought) in structure.effects().zip(&fitted.structure.brought) {
-            let own = &self.candidates[effect];
-            if !(own.has_kink() || own.has_inner || own.brings_unknowns) {
+            let candidate = &self.candidates[effect];
+            if !(candidate.has_kink() || candidate.has_inner || candidate.brings_unknowns) {
                 continue;
             }
             for name in &brought.parameters {
                 let of_effect = brought.names.iter().find(|(_, new)| new == name);
                 let of_effect = of_effect.map_or("", |(of_effect, _)| of_effect.as_str());
-                let grid = self.grid(own, of_effect, fitted, name);
+                let grid = self.grid(candidate, of_effect, fitted, name);
                 let cost = |at: &f64| {
                     let mut values: Values = fitted.values.clone();
                     values.p.insert(name.clone(), *at);
@@ -132,13 +135,13 @@ impl Search<'_> {
                     let values = vec![(name.clone(), *at)];
                     let (at_nothing, held) = (values.clone(), vec![name.clone()]);
                     let point = StartPoint { values, at_nothing, held, ..StartPoint::default() };
-                    found.push((!is_least, costs[k], point));
+                    points.push((!is_least, costs[k], point));
                 }
             }
         }
-        found.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        found.truncate(WORTH_A_FIT);
-        found.into_iter().map(|(.., point)| point).collect()
+        points.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        points.truncate(WORTH_A_FIT);
+        points.into_iter().map(|(.., point)| point).collect()
     }
 
     /// Values of a constant, which the effect's file calls `own_name`, over its range; none if it has no range.
@@ -171,22 +174,22 @@ impl Search<'_> {
 /// Values over a range.
 fn spread([lower, upper]: [f64; 2], is_log: bool, n: usize) -> Vec<f64> {
     let share = |k: usize| (k as f64 + 0.5) / n as f64;
-    let at = |k: usize| {
+    let value = |k: usize| {
         if is_log {
             lower * (upper / lower).powf(share(k))
         } else {
             lower + share(k) * (upper - lower)
         }
     };
-    (0..n).map(at).collect()
+    (0..n).map(value).collect()
 }
 
-/// Multiples of half the usual time between samples that are closest to a value: what is read now and then by the clock
-/// of a recording is read at its samples.
+/// Multiples of half the usual time between samples that are closest to a value: a reading that is refreshed by the
+/// clock of a recording is refreshed at its samples.
 fn ticks(value: f64, [lower, upper]: [f64; 2], times: &[f64]) -> Vec<f64> {
     let Some(step) = usual_spacing(times).map(|interval| 0.5 * interval) else { return Vec::new() };
     let middle = (value / step).round();
     let first = (middle - TICKS as f64).max((lower / step).ceil()).max(1.0);
-    let all = (0..=2 * TICKS).map(|k| step * (first + k as f64));
-    all.take_while(|at| *at <= upper).collect()
+    let multiples = (0..=2 * TICKS).map(|k| step * (first + k as f64));
+    multiples.take_while(|at| *at <= upper).collect()
 }

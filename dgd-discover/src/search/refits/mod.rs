@@ -22,8 +22,8 @@ const OTHER_PLACES: usize = 3;
 /// Number of near forms of a template that are tried.
 const NEAR_FORMS: usize = 8;
 
-/// Share of the largest promise in the base model with which a candidate is fitted, and the most that are: a screen
-/// around a base model that has strayed ranks them poorly.
+/// Share of the largest promise in the base model from which a candidate is fitted, and the maximum number of these: a
+/// screen around a base model that has strayed ranks them poorly.
 const NEAR_THE_MOST: f64 = 0.5;
 const MOST_REFITTED: usize = 16;
 
@@ -49,8 +49,8 @@ const NEARLY_AS_GOOD: f64 = 1.1;
 /// A fit that still leaves this multiple of the noise after the stages is abandoned.
 const HOPELESS: f64 = 10.0;
 
-/// Number of template structures that are fitted to the end, and maximum numbers of simulations of the rounds in which
-/// they are. The first is short: it tells which ones approach the noise.
+/// Number of template structures that are fitted to the end, and maximum numbers of simulations in the rounds of these
+/// fits. The first round is short: it shows which ones approach the noise.
 const FINISHED: usize = 4;
 const ROUNDS: [usize; 4] = [EVALUATIONS / 4, EVALUATIONS, EVALUATIONS, EVALUATIONS];
 
@@ -96,8 +96,8 @@ impl Search<'_> {
             let is_sayable = |score: &&Score| self.may_be_said(structure.with(score.candidate));
             // An effect with unknowns of its own does more than its derivative at null shows.
             let is_understated = |c: usize| {
-                let own = &self.candidates[c];
-                structure.is_base() && !own.is_generic && own.brings_unknowns
+                let candidate = &self.candidates[c];
+                structure.is_base() && !candidate.is_generic && candidate.brings_unknowns
             };
             let sayable: Vec<&Score> = scores.iter().filter(is_sayable).collect();
             let of_kinds = if structure.is_base() { self.first_of_kinds(&sayable) } else { vec![] };
@@ -107,16 +107,16 @@ impl Search<'_> {
                 structure.is_base() && score.gain >= NEAR_THE_MOST * most && n < MOST_REFITTED
             };
             for score in sayable {
-                let own = score.candidate;
+                let candidate = score.candidate;
                 // More forms of one template at one place are tried once it is among the best.
-                let is_first = !counted.iter().any(|other| self.are_forms(*other, own));
-                let is_counted = !self.candidates[own].is_generic || is_first;
+                let is_first = !counted.iter().any(|other| self.are_forms(*other, candidate));
+                let is_counted = !self.candidates[candidate].is_generic || is_first;
                 let has_place = counted.len() < refitted || is_near(score, counted.len());
                 let is_ranked = is_counted && has_place;
                 if is_counted {
-                    counted.push(own);
+                    counted.push(candidate);
                 }
-                if is_ranked || of_kinds.contains(&own) || is_understated(own) {
+                if is_ranked || of_kinds.contains(&candidate) || is_understated(candidate) {
                     wanted.push(self.extended(structure, score));
                 }
             }
@@ -135,10 +135,10 @@ impl Search<'_> {
     fn first_of_kinds(&self, scores: &[&Score]) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         for score in scores {
-            let own = &self.candidates[score.candidate];
+            let candidate = &self.candidates[score.candidate];
             let kind = |of: &Candidate<'_>| (of.kind(), of.changes_a_parameter(), of.is_at_input());
-            let is_alike = |c: &&usize| kind(&self.candidates[**c]) == kind(own);
-            if own.is_generic && chosen.iter().filter(is_alike).count() < OF_EACH_KIND {
+            let is_alike = |c: &&usize| kind(&self.candidates[**c]) == kind(candidate);
+            if candidate.is_generic && chosen.iter().filter(is_alike).count() < OF_EACH_KIND {
                 chosen.push(score.candidate);
             }
         }
@@ -293,14 +293,14 @@ impl Search<'_> {
         self.hold_out(structures);
     }
 
-    /// Σ ε² of the training recordings that structures leave; before their first fit, what the base model leaves.
+    /// Σ ε² of the training recordings that structures leave; before their first fit, that of the base model.
     fn training_sums(&self, structures: &[StructureId]) -> BTreeMap<StructureId, f64> {
         let of_base = self.training_sum(StructureId::BASE);
-        let of = |one: &StructureId| {
-            let own = self.training_error(*one).map(|(sum, _)| sum);
-            (*one, own.unwrap_or(of_base))
+        let sum_of = |one: &StructureId| {
+            let error = self.training_error(*one).map(|(sum, _)| sum);
+            (*one, error.unwrap_or(of_base))
         };
-        structures.iter().map(of).collect()
+        structures.iter().map(sum_of).collect()
     }
 
     /// Whether a fit is worth another round.
@@ -309,8 +309,8 @@ impl Search<'_> {
             && !self.lost.contains(&structure)
     }
 
-    /// Whether a fit that left this much before a round of so many simulations would still be far from the noise after
-    /// as many as a fit may take, and as many again.
+    /// Whether a fit that left `before` ahead of a round of `evaluations` simulations would, at this rate, still be far
+    /// from the noise after twice as many as a fit may take.
     fn is_lost(&self, structure: StructureId, before: f64, evaluations: usize) -> bool {
         self.training_error(structure).is_some_and(|(now, n)| {
             let rounds = SPEEDS_UP * EVALUATIONS as f64 / evaluations as f64;
@@ -358,8 +358,8 @@ impl Search<'_> {
         for (effect, rest) in places {
             let near = self.near_forms(effect);
             let scores = self.screened(rest);
-            let of = |c: usize| scores.iter().find(|score| score.candidate == c);
-            let mut scored: Vec<&Score> = near.iter().copied().filter_map(of).collect();
+            let score_of = |c: usize| scores.iter().find(|score| score.candidate == c);
+            let mut scored: Vec<&Score> = near.iter().copied().filter_map(score_of).collect();
             best_first_of(&mut scored);
             let new = scored.into_iter().map(|score| self.extended(rest, score));
             // Forms with equal derivatives at null are screened as one, and differ as they grow: the misfit of the
@@ -381,21 +381,22 @@ impl Search<'_> {
         self.confirm(wanted);
     }
 
-    /// The templates that do best alone, at other places than those of a structure that does not explain the recordings:
-    /// the right form may be at one of them, if it begins like a form that was tried and differs as it grows.
+    /// The templates that do best alone, at other places than those of a structure that does not explain the
+    /// recordings: the right form may be at one of them, if it begins like a form that was tried and differs as it
+    /// grows.
     fn other_places(&self, best: StructureId) -> Vec<usize> {
         let target = |c: &usize| self.candidates[*c].target();
         let mut known: Vec<String> = best.effects().map(|c| target(&c)).collect();
         let alone = self.ranked().into_iter().filter(|one| one.len() == 1);
-        let mut found = Vec::new();
+        let mut places = Vec::new();
         for one in alone.flat_map(|one| one.effects().collect::<Vec<_>>()) {
             if self.candidates[one].is_generic && !known.contains(&target(&one)) {
                 known.push(target(&one));
-                found.push(one);
+                places.push(one);
             }
         }
-        found.truncate(OTHER_PLACES);
-        found
+        places.truncate(OTHER_PLACES);
+        places
     }
 
     /// Templates that are near forms of one.
@@ -503,17 +504,19 @@ impl Search<'_> {
         }
     }
 
-    /// What an effect in place of another first adapts to: the rest of the model as it was found with that one.
+    /// Names that are held until an effect in place of another has adapted: the rest of the model as found with that
+    /// one.
     fn known_to(&self, whole: StructureId, part: StructureId) -> Vec<String> {
         let Some(fitted) = self.fitted(whole).filter(|_| !part.is_part_of(whole)) else {
             return Vec::new();
         };
         let replaced = whole.effects().filter(|effect| !part.contains(*effect));
         let brought = replaced.filter_map(|effect| fitted.structure.brought_by(effect));
-        let own: Vec<&String> = brought.flat_map(|brought| &brought.parameters).collect();
+        let brought_parameters: Vec<&String> =
+            brought.flat_map(|brought| &brought.parameters).collect();
         let signature = fitted.structure.system.signature();
         let names = (0..signature.directions.len()).map(|j| signature.direction_name(j));
-        names.map(Cow::into_owned).filter(|name| !own.contains(&name)).collect()
+        names.map(Cow::into_owned).filter(|name| !brought_parameters.contains(&name)).collect()
     }
 
     /// A structure with one more effect, to be fitted from the points that its screen suggests.

@@ -60,8 +60,9 @@ pub(super) fn inner_constants(
         (!parameter.fixed).then_some((name, parameter))
     });
     let inner = parameters.enumerate().map(|(place, (name, parameter))| {
-        let own = brought.names.iter().find(|(_, new)| new == name).map(|(own, _)| own);
-        let is_onset = own.is_some_and(|own| candidate.onsets.contains(own));
+        let name_in_effect = brought.names.iter().find(|(_, new)| new == name).map(|(own, _)| own);
+        let is_onset =
+            name_in_effect.is_some_and(|name_in_effect| candidate.onsets.contains(name_in_effect));
         let size = if parameter.value == 0.0 { parameter.unit.factor } else { parameter.value };
         let (lower, upper) = if is_onset {
             let (first, last) = span(recordings);

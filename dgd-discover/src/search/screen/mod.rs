@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   r = measured − simulated, J = ∂w/∂(fitted parameters and start values), φ = ∂w/∂λ at λ = 0
-//!   r⊥, φ⊥: what is orthogonal to J, all in units of the noise
+//!   r⊥, φ⊥: the parts that are orthogonal to J, all in units of the noise
 //!   λ̂ = φ⊥ᵀr / φ⊥ᵀφ⊥,   gain in Σ(e/σ)² = (φ⊥ᵀr)² / φ⊥ᵀφ⊥
 //! ```
 //!
@@ -194,7 +194,7 @@ impl Parts<'_> {
     fn company(&self, one: usize) -> Company {
         let (structure, candidate) = (self.structure, &self.all[one]);
         let is_apart = structure.effects().any(|other| self.all[other].excludes(candidate));
-        // Whether it can be applied will show when its group is screened.
+        // Whether it can be applied shows when its group is screened.
         if candidate.is_generic && !candidate.has_inner && !is_apart {
             return Company::Plain;
         }
@@ -274,25 +274,25 @@ impl Parts<'_> {
         let together = Together { system: &system, brought: &brought, inner: &inner };
         let points = inner.iter().flatten().map(|inner| inner.points).max().unwrap_or(1);
         let grid: Vec<Place> = (0..points).map(|g| together.grid(g)).collect();
-        let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
-        let least = self.try_places(&together, &grid, &mut found)?;
+        let mut promises: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
+        let least = self.try_places(&together, &grid, &mut promises)?;
         // A kink of one candidate may remove the derivatives of all; alone it may lose some of its own.
         let bearable = if others.len() > 1 { 0 } else { self.samples / 2 };
         if least > self.undefined.max(bearable) {
             return None;
         }
-        for (((&one, brought), inner), found) in
-            others.iter().zip(&brought).zip(&inner).zip(&mut found)
+        for (((&one, brought), inner), promised) in
+            others.iter().zip(&brought).zip(&inner).zip(&mut promises)
         {
             if inner.is_empty() {
-                found.extend(self.steps(&system, &all[one], brought));
+                promised.extend(self.steps(&system, &all[one], brought));
             }
         }
-        for (&candidate, found) in others.iter().zip(&mut found) {
-            let is_seen = found.iter().any(|promise| promise.is_seen);
-            found.retain(|promise| !promise.columns.is_empty());
-            let is_better = found.iter().any(|promise| promise.gain > 0.0);
-            let said = match (found.is_empty(), is_seen) {
+        for (&candidate, promised) in others.iter().zip(&mut promises) {
+            let is_seen = promised.iter().any(|promise| promise.is_seen);
+            promised.retain(|promise| !promise.columns.is_empty());
+            let is_better = promised.iter().any(|promise| promise.gain > 0.0);
+            let obstacle = match (promised.is_empty(), is_seen) {
                 (true, true) => Some((
                     "can change the outputs only as the model's own parameters do",
                     Remedy::LeaveOut,
@@ -307,27 +307,29 @@ impl Parts<'_> {
             };
             let silent =
                 |(why, remedy): (&str, _)| Silent { candidate, why: why.to_owned(), remedy };
-            screen.silent.extend(said.map(silent));
-            let contrasts = found.iter_mut().map(|promise| std::mem::take(&mut promise.contrasts));
+            screen.silent.extend(obstacle.map(silent));
+            let contrasts =
+                promised.iter_mut().map(|promise| std::mem::take(&mut promise.contrasts));
             let contrasts = contrasts.filter(|contrasts| !contrasts.is_empty());
             screen.trials.extend(contrasts.map(|contrasts| Trial { candidate, contrasts }));
-            found.retain(|promise| promise.gain > 0.0);
-            found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            promised.retain(|promise| promise.gain > 0.0);
+            promised.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         }
         if self.resolution == Resolution::Refined {
-            self.zoom(others, how, &inner, &mut found);
+            self.zoom(others, how, &inner, &mut promises);
         }
-        let scores = others.iter().zip(found).filter_map(|(&candidate, found)| {
-            let best = found.first()?;
+        let scores = others.iter().zip(promises).filter_map(|(&candidate, promised)| {
+            let best = promised.first()?;
             let (gain, columns) = (best.gain, best.columns.clone());
-            let points = found.into_iter().take(MOST_POINTS).map(|promise| promise.point).collect();
+            let points =
+                promised.into_iter().take(MOST_POINTS).map(|promise| promise.point).collect();
             Some(Score { candidate, gain, points, columns })
         });
         screen.scores.extend(scores);
         Some(())
     }
 
-    /// Simulates candidates with their inner constants at some points, and adds what each promises there. Returns the
+    /// Simulates candidates with their inner constants at some points, and adds the promise of each there. Returns the
     /// smallest number, over these points, of measured samples with undefined derivatives; `None` if nothing could be
     /// simulated.
     fn try_places(
@@ -358,8 +360,8 @@ impl Parts<'_> {
                 }
                 let mut promise =
                     promise(system, &lambdas, brought, &columns, self.basis, self.errors);
-                let at = inner.iter().map(|inner| inner.name.clone()).zip(at.clone());
-                promise.point.set(at);
+                let constants = inner.iter().map(|inner| inner.name.clone()).zip(at.clone());
+                promise.point.set(constants);
                 found.push(promise);
             }
         }
@@ -385,14 +387,15 @@ impl Parts<'_> {
         let mut open: Vec<(usize, f64)> = (0..others.len()).filter_map(best).collect();
         let mut spacing = 1.0 / ONSETS as f64;
         for _ in 0..MOST_ZOOMS {
-            let own: Vec<usize> = open.iter().map(|(k, _)| others[*k]).collect();
-            if own.is_empty() {
+            let refined: Vec<usize> = open.iter().map(|(k, _)| others[*k]).collect();
+            if refined.is_empty() {
                 return;
             }
-            let Ok((system, brought)) = self.base.screening(self.all, structure, &own, how) else {
+            let Ok((system, brought)) = self.base.screening(self.all, structure, &refined, how)
+            else {
                 return;
             };
-            let inner = self.inner_of(&own, &system, &brought);
+            let inner = self.inner_of(&refined, &system, &brought);
             let together = Together { system: &system, brought: &brought, inner: &inner };
             spacing /= f64::from(ZOOM);
             let place = |offset: i32| -> Place {
@@ -404,7 +407,7 @@ impl Parts<'_> {
             };
             let about: Vec<Place> =
                 (1 - ZOOM..ZOOM).filter(|offset| *offset != 0).map(place).collect();
-            let mut closer = vec![Vec::new(); own.len()];
+            let mut closer = vec![Vec::new(); refined.len()];
             self.try_places(&together, &about, &mut closer);
             let mut better = Vec::new();
             for (((k, _), inner), closer) in open.iter().zip(&inner).zip(closer) {

@@ -1,8 +1,8 @@
 //! Gains of candidates from resampled errors that are unrelated to them.
 //!
 //! ```text
-//!   r⊥  = (I − QQᵀ) r                       errors without what the fitted directions could do
-//!   u_b = (I − Q_b Q_bᵀ)^(−1/2) r⊥_b         of block b, with the variance back that a fit took from it
+//!   r⊥  = (I − QQᵀ) r                       errors without their part in the fitted directions
+//!   u_b = (I − Q_b Q_bᵀ)^(−1/2) r⊥_b         of block b, with the variance restored that a fit removed
 //!   as it is:  z  = φ⊥ᵀr⊥ / ‖φ⊥‖
 //!   resampled: z* = Σ_b s_b φ⊥_bᵀu_b / ‖φ⊥‖   s_b = ±1 at random
 //! ```
@@ -143,8 +143,8 @@ fn restore(errors: &mut [f64], block: &[usize], directions: &[Vec<f64>]) {
     }
     let rows = DMatrix::from_fn(block.len(), n, |k, j| directions[j][block[k]]);
     let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(rows.tr_mul(&rows));
-    let own = nalgebra::DVector::from_fn(block.len(), |k, _| errors[block[k]]);
-    let mut along = eigenvectors.tr_mul(&rows.tr_mul(&own));
+    let errors_here = nalgebra::DVector::from_fn(block.len(), |k, _| errors[block[k]]);
+    let mut along = eigenvectors.tr_mul(&rows.tr_mul(&errors_here));
     for (along, taken) in along.iter_mut().zip(&eigenvalues) {
         let left = 1.0 - taken;
         let scale = if left > ALL_TAKEN { left.powf(-0.5) } else { 0.0 };
@@ -158,7 +158,7 @@ fn restore(errors: &mut [f64], block: &[usize], directions: &[Vec<f64>]) {
 }
 
 impl Trial {
-    /// The same with resampled errors of another size in each block.
+    /// The trial with the resampled errors of each block scaled by `sizes`.
     pub(crate) fn with_errors_of(mut self, sizes: &[f64; BLOCKS]) -> Trial {
         for contrast in &mut self.contrasts {
             for (part, size) in contrast.parts.iter_mut().zip(sizes) {
@@ -193,7 +193,7 @@ pub(crate) fn p_value(trials: &[Trial], observed: f64, random: &mut Pcg64) -> f6
     resampled_p_value(trials, observed, RESAMPLES, random)
 }
 
-/// The same from a given number of resamples.
+/// [`p_value`] from a given number of resamples.
 pub(crate) fn resampled_p_value(
     trials: &[Trial],
     observed: f64,

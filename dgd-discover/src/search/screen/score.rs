@@ -38,11 +38,11 @@ pub(crate) struct Silent {
     pub candidate: usize,
     /// The reason, as the continuation of a sentence after its name.
     pub why: String,
-    /// What can be done about it.
+    /// The remedy.
     pub remedy: Remedy,
 }
 
-/// What can be done about a candidate whose score is not informative.
+/// The remedy for a candidate whose score is not informative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Remedy {
     /// Nothing: its score is zero.

@@ -1,7 +1,7 @@
-//! Limits at which an effect begins, screened by how far they move rather than by their derivative.
+//! Screens limits at which an effect begins by finite steps rather than by their derivative.
 //!
-//! A limit at the edge of what a quantity reaches acts on no sample, or on one; further in it acts on ever more. Its
-//! derivative at the edge therefore says nothing about it. With w(ℓ) the outputs with the limit at ℓ and ℓ₀ its null,
+//! A limit at the edge of a quantity's range acts on one sample at most; further in it acts on more and more. So its
+//! derivative at the edge does not show its influence. With w(ℓ) the outputs with the limit at ℓ and ℓ₀ its null,
 //!
 //! ```text
 //!   φ = w(ℓ) − w(ℓ₀),   gain = 2 φ⊥ᵀr − φ⊥ᵀφ⊥
@@ -23,10 +23,10 @@ use crate::library::Candidate;
 /// Points of the grid.
 const POINTS: usize = 6;
 
-/// How often the grid is refined about the best point; by a factor of three each time.
+/// Number of times that the grid is refined about the best point, by a factor of three each.
 const ZOOMS: usize = 2;
 
-/// Share of Σ (e/σ)² that the best point must promise for that.
+/// Share of Σ (e/σ)² that the best point must promise for a refinement.
 const WORTH_ZOOMING: f64 = 0.1;
 
 /// A limit at the edge of its range.
@@ -59,7 +59,7 @@ fn limits<'a>(system: &Loaded, one: &Candidate<'_>, brought: &'a Brought) -> Vec
 }
 
 impl Parts<'_> {
-    /// What a candidate promises with its limits moved, all by the same share of their ranges.
+    /// The promise of a candidate with its limits moved, all by the same share of their ranges.
     pub(super) fn steps(
         &self,
         system: &Loaded,
@@ -72,19 +72,19 @@ impl Parts<'_> {
         }
         let Some(as_it_is) = outputs(system, self.values, self.data) else { return Vec::new() };
         let try_shares = |shares: &[f64]| -> Vec<(f64, Promise)> {
-            let found = in_parallel(system, shares.len(), self.threads, |system, k| {
+            let promises = in_parallel(system, shares.len(), self.threads, |system, k| {
                 let moved = limits.iter().map(|limit| (limit.name.to_owned(), limit.at(shares[k])));
                 self.step(system, moved.collect(), &as_it_is)
             });
-            let both = shares.iter().copied().zip(found);
+            let both = shares.iter().copied().zip(promises);
             both.filter_map(|(share, promise)| Some((share, promise?))).collect()
         };
         let grid: Vec<f64> = (0..POINTS).map(|g| (g as f64 + 0.5) / POINTS as f64).collect();
-        let mut found = try_shares(&grid);
+        let mut promises = try_shares(&grid);
         let mut spacing = 1.0 / POINTS as f64;
         let zooms = if self.resolution == Resolution::Refined { ZOOMS } else { 0 };
         for _ in 0..zooms {
-            let best = found.iter().max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain));
+            let best = promises.iter().max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain));
             let least = WORTH_ZOOMING * self.errors.square();
             let Some((share, _)) = best.filter(|(_, best)| best.gain > least) else { break };
             spacing /= 3.0;
@@ -93,12 +93,12 @@ impl Parts<'_> {
             for (_, promise) in &mut nearer {
                 promise.contrasts.clear();
             }
-            found.extend(nearer);
+            promises.extend(nearer);
         }
-        found.into_iter().map(|(_, promise)| promise).collect()
+        promises.into_iter().map(|(_, promise)| promise).collect()
     }
 
-    /// What moved limits promise; `None` if they change nothing that is measured, or cannot be simulated.
+    /// The promise of moved limits; `None` if they change nothing that is measured, or cannot be simulated.
     fn step(
         &self,
         system: &Loaded,
@@ -112,9 +112,9 @@ impl Parts<'_> {
         let rest = self.basis.project_out(&column)?;
         let contrast = self.errors.contrast(&rest, [0.0, 1.0]);
         let gain = contrast.gain();
-        // A fit gets nowhere from the edge, whatever the rest of the model has to change.
-        let held = moved.iter().map(|(name, _)| name.clone()).collect();
-        let mut point = StartPoint { held, ..StartPoint::default() };
+        // Held at first: from the edge, a fit makes little progress while the rest of the model has to change.
+        let moved_names = moved.iter().map(|(name, _)| name.clone()).collect();
+        let mut point = StartPoint { held: moved_names, ..StartPoint::default() };
         point.set(moved.into_iter());
         Some(Promise { gain, point, columns: vec![rest], contrasts: vec![contrast], is_seen: true })
     }

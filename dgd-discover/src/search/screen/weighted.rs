@@ -23,13 +23,13 @@ pub(super) fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<(Bas
     let shared = |j: usize| matches!(system.signature().directions[j], Direction::Parameter(_));
     let per_recording = sensitivities_by_recording(system, &fitted.values, data)?;
     let samples: usize = per_recording.iter().map(|columns| columns.rows).sum();
-    let mut all = Vec::new();
+    let mut columns = Vec::new();
     for j in 0..system.signature().directions.len() {
         if is_held(j) {
             continue;
         }
         if shared(j) {
-            all.push(per_recording.iter().flat_map(|part| part.columns[j].clone()).collect());
+            columns.push(per_recording.iter().flat_map(|part| part.columns[j].clone()).collect());
             continue;
         }
         let mut before = 0;
@@ -37,11 +37,11 @@ pub(super) fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<(Bas
             let mut column = vec![0.0; samples];
             column[before..before + part.rows].copy_from_slice(&part.columns[j]);
             before += part.rows;
-            all.push(column);
+            columns.push(column);
         }
     }
     let undefined = per_recording.iter().map(|part| part.undefined).sum();
-    Some((Basis::new(&all), undefined))
+    Some((Basis::new(&columns), undefined))
 }
 
 /// Weighted sensitivities of the measured samples of one recording.
@@ -70,7 +70,7 @@ pub(super) fn sensitivities(
 /// Simulated outputs at the measured samples, in units of the noise and whitened, in the order of the columns above.
 pub(super) fn outputs(system: &Loaded, values: &Values, data: &Data<'_>) -> Option<Vec<f64>> {
     let p = values.parameters(system);
-    let mut all = Vec::new();
+    let mut outputs = Vec::new();
     for (r, recording) in data.train.iter().enumerate() {
         let (start, options) = (values.starts(system, r), data.options_for(system));
         let without = Derivatives::No;
@@ -85,10 +85,10 @@ pub(super) fn outputs(system: &Loaded, values: &Values, data: &Data<'_>) -> Opti
             };
             let whitened = whitener.apply(measured.iter().enumerate().map(of_sample));
             let counted = measured.iter().zip(whitened);
-            all.extend(counted.filter(|(measured, _)| measured.is_finite()).map(|(_, w)| w));
+            outputs.extend(counted.filter(|(measured, _)| measured.is_finite()).map(|(_, w)| w));
         }
     }
-    Some(all)
+    Some(outputs)
 }
 
 fn sensitivities_by_recording(
@@ -138,14 +138,15 @@ fn sensitivities_by_recording(
 
 /// Whitened residuals in units of the noise, in the order of the columns above.
 pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
-    let mut all = Vec::new();
+    let mut weighted = Vec::new();
     for (recording, outputs) in data.train.iter().zip(residuals) {
         for (values, noise) in outputs.iter().zip(&data.noise) {
             let Some(noise) = noise else { continue };
-            all.extend(whitened(recording, values, noise).into_iter().filter(|e| e.is_finite()));
+            weighted
+                .extend(whitened(recording, values, noise).into_iter().filter(|e| e.is_finite()));
         }
     }
-    all
+    weighted
 }
 
 /// Minimum length of blocks, in correlation times of the noise: the remaining correlation, which is never known
