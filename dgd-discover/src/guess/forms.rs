@@ -21,6 +21,13 @@ pub(crate) struct Form {
     pub of_numbers: bool,
 }
 
+impl Form {
+    /// Whether it divides by the quantity.
+    pub(crate) fn divides(&self) -> bool {
+        self.power.0 < 0 || self.text.starts_with('/')
+    }
+}
+
 /// The inner constant of a [`Form`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Inner {

@@ -100,7 +100,15 @@ impl Shape {
         let mut factors = self.factors.clone();
         let (_, form) = factors.remove(factor);
         let is_plain = FORMS[form].inner == Inner::None;
-        Some(Self { factors, inner: self.inner.filter(|_| is_plain) })
+        Some(Self { factors, inner: self.inner.filter(|_| is_plain) }.in_order())
+    }
+
+    /// The shape with its factors in the order of the names, divisors last; with an inner constant, as it is.
+    pub(crate) fn in_order(mut self) -> Self {
+        if self.inner.is_none() {
+            self.factors.sort_by_key(|(name, form)| (FORMS[*form].divides(), *name));
+        }
+        self
     }
 
     /// The shapes with one of its forms replaced by a plainer one, which has no inner constant.
@@ -112,10 +120,8 @@ impl Shape {
                 if plain.inner == Inner::None && plain.complexity < current.complexity {
                     let mut factors = self.factors.clone();
                     factors[k] = (*name, position);
-                    shapes.push(Self {
-                        factors,
-                        inner: self.inner.filter(|_| current.inner == Inner::None),
-                    });
+                    let inner = self.inner.filter(|_| current.inner == Inner::None);
+                    shapes.push(Self { factors, inner }.in_order());
                 }
             }
         }

@@ -234,6 +234,15 @@ impl Inserted {
         self.written.iter().map(term).collect()
     }
 
+    /// The base model with the parameters and start values of this fit.
+    pub(super) fn parameters_for(&self, base: &Fitted) -> Fitted {
+        let values = self.fitted.values.clone();
+        let p = values.parameters(&base.structure.system);
+        // It does not run away where the base model does.
+        let train = self.fitted.train.clone();
+        Fitted { values, p, train, ..base.clone() }
+    }
+
     /// Its shapes with their coefficients, if all belong to one place.
     pub(crate) fn all_in(&self, place: &Place) -> Option<Vec<(Shape, f64)>> {
         let terms = self.terms(&self.fitted);

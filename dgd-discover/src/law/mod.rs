@@ -159,14 +159,20 @@ impl Laws<'_> {
         let every_recording = 0..self.data.train.len();
         let mut is_unconfirmed = false;
         let mut lacking: Option<Vec<String>> = None;
-        let mut laws_for = |suspected: Vec<Vec<usize>>, recordings: Range<usize>, vocabulary| {
-            let (proposed, first) = self.proposed(&terms, suspected, recordings, vocabulary);
+        let mut laws_around = |around: &Laws<'_>,
+                               suspected: Vec<Vec<usize>>,
+                               recordings: Range<usize>,
+                               vocabulary: Vocabulary| {
+            let (proposed, first) = around.proposed(&terms, suspected, recordings, vocabulary);
             let name = |place: usize| places[place].name.clone();
             lacking.get_or_insert_with(|| first.into_iter().map(name).collect());
             let Explaining { laws, is_unconfirmed: own } =
-                self.explaining(search, places, &proposed);
+                around.explaining(search, places, &proposed);
             is_unconfirmed |= own;
             laws
+        };
+        let mut laws_for = |suspected, recordings, vocabulary| {
+            laws_around(self, suspected, recordings, vocabulary)
         };
         let mut laws =
             laws_for(self.together(&physical), every_recording.clone(), Vocabulary::Smooth);
@@ -182,7 +188,21 @@ impl Laws<'_> {
         if laws.is_empty() && named.is_none() {
             let places = free.iter().map(|free| vec![free.place]).collect();
             laws = laws_for(places, every_recording.clone(), Vocabulary::Smooth);
+            // The base model's parameters may have hidden a plainer term of an equation, which those of the law show.
+            let of_law = laws.first().map(|law| law.parameters_for(self.fitted));
+            let of_equations = of_law.map_or_else(Vec::new, |fitted| {
+                let around = Laws { fitted: &fitted, ..*self };
+                let smooth = Vocabulary::Smooth;
+                laws_around(&around, self.together(&physical), every_recording.clone(), smooth)
+            });
+            let cost = |laws: &[Inserted]| laws.first().map_or(f64::INFINITY, Inserted::cost);
+            if cost(&of_equations) < cost(&laws) {
+                laws = of_equations;
+            }
         }
+        let mut laws_for = |suspected, recordings, vocabulary| {
+            laws_around(self, suspected, recordings, vocabulary)
+        };
         // Kinematic equations hold by definition, unless nothing else helps.
         if laws.is_empty() && named.is_none() && physical.len() < equations.len() {
             laws = laws_for(self.together(&equations), every_recording.clone(), Vocabulary::Smooth);

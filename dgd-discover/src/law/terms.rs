@@ -87,9 +87,7 @@ pub(super) fn products(
     let mut shapes: Vec<Shape> = factor_lists.into_iter().map(Shape::new).collect();
     for shape in &mut shapes {
         // A quotient is written with its divisor last.
-        shape.factors.sort_by_key(|(_, form)| {
-            FORMS[*form].power.0 < 0 || FORMS[*form].text.starts_with('/')
-        });
+        shape.factors.sort_by_key(|(_, form)| FORMS[*form].divides());
     }
     // In a product with a threshold, the other factor is the quantity that the regime switches on.
     let beside: &[usize] = match vocabulary {
