@@ -167,7 +167,8 @@ fn columns(sighting: &Sighting, vocabulary: Vocabulary) -> Vec<Column> {
     let is_of_many = |shape: &Shape| is_of_many(&sighting.formed(shape));
     let mut shapes = terms::single(names, &values, vocabulary);
     shapes.retain(is_of_many);
-    let mut products = terms::products(names, &values, &in_products(sighting, &shapes), vocabulary);
+    let mut products =
+        terms::products(names, &values, &in_products(sighting, &shapes, vocabulary), vocabulary);
     products.retain(is_of_many);
     shapes.extend(products);
     let number = (shapes.len() * sighting.places.len()) as f64;
@@ -187,10 +188,10 @@ fn columns(sighting: &Sighting, vocabulary: Vocabulary) -> Vec<Column> {
 }
 
 /// The names and differences that enter products: those that explain most on their own.
-fn in_products(sighting: &Sighting, single: &[Shape]) -> Vec<usize> {
+fn in_products(sighting: &Sighting, single: &[Shape], vocabulary: Vocabulary) -> Vec<usize> {
     let names = &sighting.names;
     let (differences, mut all): (Vec<usize>, Vec<usize>) = (0..names.len())
-        .filter(|i| names[*i].name != "time")
+        .filter(|i| names[*i].name != "time" && vocabulary.reads(&names[*i]))
         .partition(|i| names[*i].difference.is_some());
     if all.len() <= terms::IN_PRODUCTS && differences.len() <= terms::DIFFERENCES {
         all.extend(differences);

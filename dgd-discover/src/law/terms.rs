@@ -14,11 +14,16 @@ pub(super) const DIFFERENCES: usize = 3;
 pub(super) enum Vocabulary {
     /// Sizes at which they bend.
     Smooth,
-    /// Thresholds at which a regime begins or ends.
+    /// Thresholds at which a regime begins or ends, and differences of names.
     Regimes,
 }
 
 impl Vocabulary {
+    /// Whether terms read a name. A difference is a sum of two smooth terms, so smooth ones do without.
+    pub(super) fn reads(self, name: &Factor) -> bool {
+        self == Vocabulary::Regimes || name.difference.is_none()
+    }
+
     fn has(self, form: &Form) -> bool {
         match form.inner {
             Inner::None => true,
@@ -31,7 +36,7 @@ impl Vocabulary {
 /// Shapes of one name, and the constant.
 pub(super) fn single(names: &[Factor], values: &[Vec<f64>], vocabulary: Vocabulary) -> Vec<Shape> {
     let mut shapes = vec![Shape::new(Vec::new())];
-    for name in 0..names.len() {
+    for name in (0..names.len()).filter(|name| vocabulary.reads(&names[*name])) {
         for (i, form) in FORMS.iter().enumerate().filter(|(_, form)| vocabulary.has(form)) {
             if form.inner == Inner::None {
                 shapes.push(Shape::new(vec![(name, i)]));
