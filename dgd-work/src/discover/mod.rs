@@ -192,7 +192,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         files.with(&source.name, without_unread(&source.text, &inputs).as_bytes())
     });
     Ok(Discovered {
-        discovery: discovery,
+        discovery,
         reservations,
         model: request.model.clone(),
         base: stripped(&compilation.sources.get(main).text),

@@ -55,7 +55,7 @@ impl<'a> Lowering<'a> {
             };
             match (arguments, value) {
                 (Ok(arguments), Ok(value)) => {
-                    points.push(Read { at: arguments, value, span, place })
+                    points.push(Read { at: arguments, value, span, place });
                 }
                 (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
             }
