@@ -141,12 +141,12 @@ pub(super) fn answer(
 /// Laws, the best first; of those of the same equations that the recordings hardly distinguish, the plainest comes
 /// first. Validation recordings count as well, because a superfluous factor of a law follows the training recordings.
 fn plainest_first(laws: Vec<Inserted>, data: &Data<'_>) -> Vec<Inserted> {
-    let squares = |law: &Inserted| law.fitted.error.0 + law.fitted.held_out_error(data);
-    let with_squares = |law: Inserted| {
-        let squares = squares(&law);
-        (law.cost() - law.fitted.error.0 + squares, squares, law)
+    // The criterion with the validation recordings, and all squares.
+    let weighed = |law: Inserted| {
+        let held_out = law.fitted.held_out_error(data);
+        (law.cost() + held_out, law.fitted.error.0 + held_out, law)
     };
-    let mut left: Vec<(f64, f64, Inserted)> = laws.into_iter().map(with_squares).collect();
+    let mut left: Vec<(f64, f64, Inserted)> = laws.into_iter().map(weighed).collect();
     let mut ordered = Vec::new();
     while !left.is_empty() {
         let targets: BTreeSet<String> =

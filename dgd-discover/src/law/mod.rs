@@ -159,10 +159,10 @@ impl Laws<'_> {
         let every_recording = 0..self.data.train.len();
         let mut is_unconfirmed = false;
         let mut lacking: Option<Vec<String>> = None;
-        let mut laws_around = |around: &Laws<'_>,
-                               suspected: Vec<Vec<usize>>,
-                               recordings: Range<usize>,
-                               vocabulary: Vocabulary| {
+        let mut laws_for = |around: &Laws<'_>,
+                            suspected: Vec<Vec<usize>>,
+                            recordings: Range<usize>,
+                            vocabulary: Vocabulary| {
             let (proposed, first) = around.proposed(&terms, suspected, recordings, vocabulary);
             let name = |place: usize| places[place].name.clone();
             lacking.get_or_insert_with(|| first.into_iter().map(name).collect());
@@ -171,45 +171,44 @@ impl Laws<'_> {
             is_unconfirmed |= own;
             laws
         };
-        let mut laws_for = |suspected, recordings, vocabulary| {
-            laws_around(self, suspected, recordings, vocabulary)
-        };
         let mut laws =
-            laws_for(self.together(&physical), every_recording.clone(), Vocabulary::Smooth);
+            laws_for(self, self.together(&physical), every_recording.clone(), Vocabulary::Smooth);
         // Between recordings, states that are not read may differ arbitrarily; within one, they are continuous.
         if is_hidden && every_recording.len() > 1 {
             for r in every_recording.clone().take(ALONE) {
                 if laws.is_empty() {
-                    laws = laws_for(self.together(&physical), r..r + 1, Vocabulary::Smooth);
+                    laws = laws_for(self, self.together(&physical), r..r + 1, Vocabulary::Smooth);
                 }
             }
         }
         // A free parameter may be a law.
         if laws.is_empty() && named.is_none() {
             let places = free.iter().map(|free| vec![free.place]).collect();
-            laws = laws_for(places, every_recording.clone(), Vocabulary::Smooth);
+            laws = laws_for(self, places, every_recording.clone(), Vocabulary::Smooth);
             // The base model's parameters may have hidden a plainer term of an equation, which those of the law show.
             let of_law = laws.first().map(|law| law.parameters_for(self.fitted));
             let of_equations = of_law.map_or_else(Vec::new, |fitted| {
                 let around = Laws { fitted: &fitted, ..*self };
                 let smooth = Vocabulary::Smooth;
-                laws_around(&around, self.together(&physical), every_recording.clone(), smooth)
+                laws_for(&around, self.together(&physical), every_recording.clone(), smooth)
             });
             let cost = |laws: &[Inserted]| laws.first().map_or(f64::INFINITY, Inserted::cost);
             if cost(&of_equations) < cost(&laws) {
                 laws = of_equations;
             }
         }
-        let mut laws_for = |suspected, recordings, vocabulary| {
-            laws_around(self, suspected, recordings, vocabulary)
-        };
         // Kinematic equations hold by definition, unless nothing else helps.
         if laws.is_empty() && named.is_none() && physical.len() < equations.len() {
-            laws = laws_for(self.together(&equations), every_recording.clone(), Vocabulary::Smooth);
+            laws = laws_for(
+                self,
+                self.together(&equations),
+                every_recording.clone(),
+                Vocabulary::Smooth,
+            );
         }
         // Terms that act in one regime only, which a sum of smooth ones follows less plainly.
         if !laws.iter().any(Inserted::has_one_term_each) {
-            laws.extend(laws_for(vec![physical], every_recording, Vocabulary::Regimes));
+            laws.extend(laws_for(self, vec![physical], every_recording, Vocabulary::Regimes));
             laws.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         }
         // Sums of many terms follow any recording of a few states.

@@ -89,12 +89,10 @@ pub(super) fn products(
             }
         }
     }
-    let mut shapes: Vec<Shape> = factor_lists.into_iter().map(Shape::new).collect();
-    for shape in &mut shapes {
-        // A quotient is written with its divisor last.
-        shape.factors.sort_by_key(|(_, form)| FORMS[*form].divides());
-    }
-    // In a product with a threshold, the other factor is the quantity that the regime switches on.
+    let shapes = factor_lists.into_iter().map(|factors| Shape::new(factors).in_order());
+    let mut shapes: Vec<Shape> = shapes.collect();
+    // In a product with a threshold, the other factor is the quantity that the regime switches on; the first form is the
+    // quantity itself.
     let beside: &[usize] = match vocabulary {
         Vocabulary::Smooth => &powers,
         Vocabulary::Regimes => &plain[..1],

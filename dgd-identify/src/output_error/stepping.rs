@@ -40,7 +40,7 @@ pub(crate) struct Accuracy {
 }
 
 impl Accuracy {
-    /// For a fit that starts at z.
+    /// The accuracy with which a fit begins at z.
     pub(crate) fn first(
         problem: &OutputErrorProblem<'_>,
         variables: &Variables,

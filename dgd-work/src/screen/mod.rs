@@ -290,7 +290,7 @@ fn screen_all(
                 }
             }
         }
-        // Two columns that differ in one recording do not measure the same quantity, unless the user says so.
+        // Columns that differ in any recording are not sensors of one quantity, unless the user pairs them.
         alike.retain(|names| !different.contains(names));
     }
     let screenings: Vec<Screening> = records

@@ -121,7 +121,7 @@ pub fn ensemble(count: usize) -> impl Iterator<Item = [f64; 5]> {
 pub const FIT_NOISE: [f64; 2] = [0.05, 2e-4];
 /// Indices of the fitted parameters, M, c0 and c2, and factors of their initial values.
 pub const FIT_START: [(usize, f64); 3] = [(0, 1.3), (1, 0.7), (3, 1.3)];
-/// The same with F, where the data determine only a combination with c2.
+/// Initial values for a fit with F as well: the data determine only a combination of F and c2.
 pub const RANK_START: [(usize, f64); 4] = [(0, 1.3), (1, 0.7), (3, 1.3), (4, 0.7)];
 
 /// F1 of `fit6`, Pa s/m³: an additional linear friction.

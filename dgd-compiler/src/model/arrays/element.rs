@@ -129,17 +129,13 @@ impl<'a> Lowering<'a> {
                     .help("only what is declared `state` has a derivative"),
             ))
         };
+        let pointed_in = |lowering: &Self, shape: &Shape, diagnostics: &mut Diagnostics| {
+            lowering.pointed(&indices, shape, name, &written.indices, place, diagnostics)
+        };
         match definition {
             Definition::Array { index: position, state } => {
                 let array = self.scope.arrays[position].clone()?;
-                let pointed = self.pointed(
-                    &indices,
-                    &array.shape,
-                    name,
-                    &written.indices,
-                    place,
-                    diagnostics,
-                )?;
+                let pointed = pointed_in(self, &array.shape, diagnostics)?;
                 let unit = self.scope.dimension(name)?;
                 if is_rate && !state {
                     return no_rate("an array of `unknown`s", diagnostics);
@@ -153,14 +149,7 @@ impl<'a> Lowering<'a> {
             Definition::Vector(position) => {
                 let vector = &self.scope.vectors[position];
                 let (kind, array) = (vector.kind, vector.place.clone()?);
-                let pointed = self.pointed(
-                    &indices,
-                    &array.shape,
-                    name,
-                    &written.indices,
-                    place,
-                    diagnostics,
-                )?;
+                let pointed = pointed_in(self, &array.shape, diagnostics)?;
                 let dim = Dim::Of(self.scope.dimension(name)?);
                 let id = self.vector_element(kind, &array, pointed);
                 Ok(Typed { id, dim })
@@ -169,7 +158,7 @@ impl<'a> Lowering<'a> {
             Definition::LetArray(position) => {
                 let array = self.scope.let_arrays[position].clone();
                 let shape = array.shape.clone()?;
-                self.pointed(&indices, &shape, name, &written.indices, place, diagnostics)?;
+                pointed_in(self, &shape, diagnostics)?;
                 let passages = self.passages();
                 let counters = array.counters.iter().zip(&indices);
                 let let_indices: Vec<LoopIndex<'a>> = counters

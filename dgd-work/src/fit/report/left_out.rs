@@ -35,14 +35,14 @@ impl LeftOut {
         Self::unconverged(reason(), termination == Termination::EvaluationLimit)
     }
 
-    /// For a cancelled search.
+    /// The remark on a cancelled search.
     pub(crate) fn stopped() -> Self {
         let words = "stopped before it converged: these are the best values so far, and their \
                      standard deviations are not to be trusted";
         Self { words: vec![words.to_owned()], unconverged: None }
     }
 
-    /// For a search that did not converge; `goes_on` if more evaluations would improve it.
+    /// The remark on a search that did not converge; `goes_on` if more evaluations would improve it.
     pub(crate) fn unconverged(reason: String, goes_on: bool) -> Self {
         let words = format!(
             "not converged: {reason}; these are the best values that were found, and their standard \
