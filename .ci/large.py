@@ -17,7 +17,7 @@ import time
 from pathlib import Path
 
 # Those of the test that is a slice of this.
-MODELS = Path(__file__).parent.parent / "dgd-cli" / "tests" / "models"
+MODELS = Path(__file__).parent.parent / "crates" / "dgd-cli" / "tests" / "models"
 
 
 def watched(name: str, line: list[str]) -> tuple[str, int]:

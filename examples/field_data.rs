@@ -1,4 +1,4 @@
-//! The recordings in `data/`, which stand in for the field data of Haukanes 2015.
+//! The recordings in `examples/data/field/`, which stand in for the field data of Haukanes 2015.
 //!
 //! ```text
 //! cargo run --release --example field_data [-- DIR]
@@ -6,7 +6,7 @@
 //!
 //! writes `NAME.csv.gz`, what the instruments showed, and `NAME.truth.csv.gz`, what was true, for
 //! each recording, and `truth.json` with every number behind them; into `data` unless said otherwise.
-//! The same bytes come out whenever it runs. `data/README.md` tells what is in them.
+//! The same bytes come out whenever it runs. `examples/data/field/README.md` tells what is in them.
 
 mod drilling_rig;
 mod field_rig;

@@ -141,7 +141,7 @@ impl Rig {
     }
 
     /// The same with its booster line refitted: a valve in the place of the narrow outlet, and a charge
-    /// pump in that of the tank. `data/README.md` tells what was tuned, and why.
+    /// pump in that of the tank. `examples/data/field/README.md` tells what was tuned, and why.
     pub(crate) fn refitted() -> Self {
         let Self { mut plant, instruments, control, unrest } = Self::field();
         plant.booster_line.minor_losses = 2.0;

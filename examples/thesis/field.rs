@@ -32,9 +32,10 @@ pub(crate) struct Field {
 }
 
 impl Field {
-    /// Reads one of the files in `data/`.
+    /// Reads one of the files in `examples/data/field/`.
     pub(crate) fn read(name: &str) -> Fallible<Field> {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("data/{name}.csv.gz"));
+        let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join(format!("examples/data/field/{name}.csv.gz"));
         let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
         let table = read(&file, &mut sources, &mut diagnostics)
             .map_err(|_| render::render(&diagnostics.sorted(), &sources, render::Style::Plain))?;

@@ -130,8 +130,8 @@ thead th { color: var(--soft); font-size: .85rem } tbody th { width: 36% } .verd
 <main>
 <h1>State and parameter identification for dual gradient drilling, figure by figure</h1>
 <p>The data figures of Haukanes 2015, beside what the thesis says of them. Its field data is confidential, so those of
-chapters 3 and 4 and of appendix B are drawn from the recordings in <code>data/</code>, which are of a simulated rig with the
-same instruments, richer than any model that is fitted here. What was true of it is in <code>data/truth.json</code>, which
+chapters 3 and 4 and of appendix B are drawn from the recordings in <code>examples/data/field/</code>, which are of a simulated rig with the
+same instruments, richer than any model that is fitted here. What was true of it is in <code>examples/data/field/truth.json</code>, which
 nothing on this page has read.</p>
 <p>The thesis masks its figures in per cent. Here 100 % of a level is 1140 m: it calls 0.4 % less than 0.5 bar, which is 4.55 m
 of mud. So its U-tubing, at some 21 %, happens at 240 m. 100 % of a flow is 4500 lpm, which is our choice.</p>

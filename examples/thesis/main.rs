@@ -4,7 +4,7 @@
 //! cargo run --release --example thesis [-- DIR]
 //! ```
 //!
-//! identifies the thesis' parameters from the recordings in `data/`, one after the other as the thesis
+//! identifies the thesis' parameters from the recordings in `examples/data/field/`, one after the other as the thesis
 //! does, and draws its data figures (2.3, 3.1, 3.3–3.12, 3.14–3.24, 4.1, 4.2, B.1) into `thesis`, unless
 //! said otherwise, with an index: beside each picture what must come out, what the thesis says of it,
 //! what is found here, and a verdict. It ends with failure where a finding of the thesis does not come out.

@@ -402,7 +402,8 @@ fn the_tables_of_effects_have_what_lies_beside_the_models_and_the_templates() {
     let effects = root().join("models/effects");
     let inside = fs::read_dir(&effects).expect("the folder of effects");
     let forms = inside.map(|entry| entry.expect("an entry").path()).filter(|path| path.is_dir());
-    let templates = fs::read_dir(root().join("dgd-discover/templates")).expect("the templates");
+    let templates =
+        fs::read_dir(root().join("crates/dgd-discover/templates")).expect("the templates");
     let templates = templates.map(|entry| entry.expect("an entry").path());
     let folders = forms.chain([effects.clone()]).chain(templates);
     for file in folders.flat_map(|folder| files(&folder, "dgd")) {

@@ -33,12 +33,21 @@ pub(crate) fn root() -> PathBuf {
 
 /// The folder of a crate; the root package has the root.
 pub(crate) fn folder(name: &str) -> PathBuf {
-    if name == "dgd" { root() } else { root().join(name) }
+    root().join(below_root(name))
 }
 
 /// The folder of a crate's sources, from the root.
 pub(crate) fn source(name: &str) -> String {
-    if name == "dgd" { "src".to_owned() } else { format!("{name}/src") }
+    below_root(name).join("src").display().to_string()
+}
+
+/// The two crates that models and solvers of others use stand beside `models`; the root package has the root.
+fn below_root(name: &str) -> PathBuf {
+    match name {
+        "dgd" => PathBuf::new(),
+        "dgd-macros" | "dgd-runtime" => PathBuf::from(name),
+        _ => PathBuf::from("crates").join(name),
+    }
 }
 
 /// A Rust file of a crate.

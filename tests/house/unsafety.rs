@@ -1,6 +1,6 @@
 //! `unsafe` stands where ARCHITECTURE.md says, and nowhere else.
 
-use crate::source::{CRATES, files};
+use crate::source::{CRATES, files, source};
 
 #[test]
 fn unsafe_code_stands_in_three_files() {
@@ -14,16 +14,16 @@ fn unsafe_code_stands_in_three_files() {
                     || code.contains("unsafe impl")
             };
             if file.text.lines().any(has) {
-                found.push(format!("{name}/src/{}.rs", file.path.join("/")));
+                found.push(format!("{}/{}.rs", source(name), file.path.join("/")));
             }
         }
     }
     assert_eq!(
         found,
         [
-            "dgd-scratch/src/arena.rs",
+            "crates/dgd-scratch/src/arena.rs",
             "dgd-runtime/src/linalg/width.rs",
-            "dgd-execute/src/native/code.rs"
+            "crates/dgd-execute/src/native/code.rs"
         ]
     );
 }

@@ -8,12 +8,12 @@ use std::path::Path;
 use crate::source::{CRATES, File, files, root};
 
 /// Packages that are not among the layers of [`CRATES`].
-const OTHER_PACKAGES: [&str; 5] = ["benches", "fuzz", "playground", "s3", "wasm"];
+const OTHER_PACKAGES: [&str; 4] = ["bench", "fuzz", "tools", "web"];
 /// Crates beyond the common limits, with their marks in comments and their bare locals.
 const EXCEPTIONS: [(&str, usize, usize); 1] = [("dgd-scratch", 25, 7)];
 /// Marks in all string literals of the crates.
 const IN_STRINGS: usize = 86;
-/// Marks in the help of commands and options, which are comments in `dgd-cli/src/args`.
+/// Marks in the help of commands and options, which are comments in `crates/dgd-cli/src/args`.
 const IN_HELP: usize = 0;
 /// Marks in all docstrings of the Python package.
 const IN_DOCSTRINGS: usize = 0;
@@ -314,11 +314,11 @@ fn messages_and_help_read_like_english() {
         }
     }
     let mut help = Vec::new();
-    for path in below("dgd-cli/src/args", "rs") {
+    for path in below("crates/dgd-cli/src/args", "rs") {
         help.extend(marked(&path, comments(&read(&path))));
     }
     let mut documented = Vec::new();
-    for path in below("dgd-python/python", "py") {
+    for path in below("crates/dgd-python/python", "py") {
         documented.extend(marked(&path, docstrings(&read(&path))));
     }
     let wrong: Vec<String> = [
@@ -339,9 +339,9 @@ fn the_manual_reads_like_english() {
     let others = [
         "README.md",
         "ARCHITECTURE.md",
-        "data/README.md",
+        "examples/data/field/README.md",
         "fuzz/README.md",
-        "benches/peers/README.md",
+        "bench/peers/README.md",
     ];
     pages.extend(others.map(str::to_owned));
     pages.extend(below("editors", "md"));

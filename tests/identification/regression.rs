@@ -77,13 +77,13 @@ struct Case {
 }
 
 impl Case {
-    /// A model and recordings of `data/`, with these parameters free.
+    /// A model and recordings of `examples/data/field/`, with these parameters free.
     fn of(text: &str, free: &[&str], files: &[&str]) -> Self {
         let free = free.iter().map(|text| support::name(text)).collect();
         let directions = Directions::Estimated { free, fixed: Vec::new() };
         let path = Path::new("model.dgd");
         let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
-        let file = |name: &&str| support::root().join(format!("data/{name}.csv.gz"));
+        let file = |name: &&str| support::root().join(format!("examples/data/field/{name}.csv.gz"));
         let recordings = files.iter().map(|name| recorded(&compiled, &file(name))).collect();
         Self::loaded(Loaded::new(compiled.program), recordings)
     }
@@ -220,7 +220,7 @@ fn the_exponent_of_the_speed_is_the_same_by_simplex_and_by_projection() {
         projection.evaluations,
         simplex.evaluations
     );
-    // What is true (`data/README.md`): k = 2.2, c0 = 295, c2 = 9000; as `tests/thesis/field_data.rs` has it.
+    // What is true (`examples/data/field/README.md`): k = 2.2, c0 = 295, c2 = 9000; as `tests/thesis/field_data.rs` has it.
     assert!((value(&projection, "k") - 2.2).abs() < 0.011);
     assert!((value(&projection, "c0") / 295.0 - 1.0).abs() < 0.01);
     assert!((value(&projection, "c2") / 9.0e3 - 1.0).abs() < 0.01);

@@ -9,7 +9,7 @@ use dgd_runtime::{Inputs, Options, Problem, Solution, System, simulate_chosen};
 
 use crate::support::{compiled_text, root};
 
-const FILE: &str = "benches/peers/dgd/line.dgd";
+const FILE: &str = "bench/peers/dgd/line.dgd";
 const RTOL: f64 = 1e-5;
 
 /// The line with `cells` cells and some items more.
@@ -33,7 +33,7 @@ fn run(system: &Interpreted, chosen: &[usize]) -> Solution {
 #[test]
 fn the_pressure_at_the_inlet_is_that_of_the_reference() {
     for cells in [100, 1000] {
-        let path = format!("benches/peers/data/p3-{cells}.bin");
+        let path = format!("bench/peers/data/p3-{cells}.bin");
         let bytes = std::fs::read(root().join(Path::new(&path))).expect("the reference");
         let (numbers, _) = bytes.as_chunks::<8>();
         let reference: Vec<f64> = numbers.iter().map(|x| f64::from_le_bytes(*x)).collect();

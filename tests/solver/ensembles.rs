@@ -294,7 +294,7 @@ fn nothing_and_single_times_are_no_special_cases() {
     assert_eq!(outcome.as_ref().unwrap().at(&[5.0]).unknown(0), [60.0]);
 }
 
-/// The ensemble of the benchmark (`benches/peers`): CVODES and others agree to seven digits.
+/// The ensemble of the benchmark (`bench/peers`): CVODES and others agree to seven digits.
 #[test]
 fn the_mean_level_of_ten_thousand_sets_is_that_of_other_solvers() {
     let system = bench_two_state(&[]);

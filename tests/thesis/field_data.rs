@@ -1,4 +1,4 @@
-//! The recordings in `data/`, which stand in for the thesis' field data: they are those of the recipe,
+//! The recordings in `examples/data/field/`, which stand in for the thesis' field data: they are those of the recipe,
 //! dgd reads them, and the thesis' own analyses find in them what was put there.
 
 use std::fs;
