@@ -164,7 +164,7 @@ pub(crate) trait Findings: Send {
 
 impl Findings for Fitted {
     fn json(&self) -> Value {
-        self.to_json().clone()
+        self.to_json()
     }
 
     fn text(&self) -> String {

@@ -195,7 +195,7 @@ impl Bench {
         request.choices.set.extend(self.settings(ask));
         request.solve = run.solve;
         let fitted = fit(&request, session)?;
-        let values = fitted.to_json()["parameters"].clone();
+        let values = &fitted.result().parameters;
         let text = fitted.to_text();
         Ok(Answer::new(json!({ "ok": true, "parameters": values, "text": text })))
     }

@@ -51,6 +51,7 @@ pub mod linearize;
 mod model;
 mod output;
 mod request;
+pub mod result;
 mod run;
 pub mod screen;
 pub mod sensitivity;

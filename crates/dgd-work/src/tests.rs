@@ -100,10 +100,7 @@ fn worked(files: &dyn FileSystem, root: &str) -> Vec<Value> {
         json(sensitivity(&SensitivityRequest::new(run), session).map(|x| x.to_json())),
         json(linearize(&linear, session).map(|x| x.to_json())),
         json(screen(&ScreenRequest::new(monday.clone()), session).map(|x| x.to_json())),
-        json(
-            fit(&FitRequest::new(path("rig/tank.dgd"), monday), session)
-                .map(|x| x.to_json().clone()),
-        ),
+        json(fit(&FitRequest::new(path("rig/tank.dgd"), monday), session).map(|x| x.to_json())),
     ];
     // File names have the prefix of the request.
     for value in &mut results {
@@ -221,7 +218,7 @@ fn a_column_that_the_model_lacks_is_found_where_it_acts() {
     request.valid = vec!["tuesday.csv".into()];
     let fit = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
     let digest = |of: &Value| of.pointer("/provenance/model").cloned().expect("a digest");
-    assert_eq!(digest(&discovered.to_json()), digest(fit.to_json()));
+    assert_eq!(digest(&discovered.to_json()), digest(&fit.to_json()));
 }
 
 /// A cell with a known initial charge. Its voltmeter has a small offset, for which the other parameters can compensate,
@@ -311,7 +308,7 @@ fn start_values_of_elements_are_estimated_where_asked() {
         request.sought.free = free.iter().map(|&name| name.to_owned()).collect();
         fit(&request, session.with_files(&files)).unwrap_or_else(|error| panic!("{error}"))
     };
-    let result = fitted(&["k", "T"]).to_json().clone();
+    let result = fitted(&["k", "T"]).to_json();
     let close = |pointer: &str, wanted: f64, within: f64| {
         let value = result.pointer(pointer).and_then(Value::as_f64);
         assert!(value.is_some_and(|v| (v - wanted).abs() < within), "{pointer}: {value:?}");

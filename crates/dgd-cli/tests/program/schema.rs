@@ -18,7 +18,7 @@ fn departure(value: &Value, schema: &Value, all: &Value, place: &str) -> Option<
         let name = name.strip_prefix("#/$defs/").expect("a definition of this file");
         return departure(value, &all["$defs"][name], all, place);
     }
-    if let Some(alternatives) = schema["anyOf"].as_array() {
+    if let Some(alternatives) = schema["anyOf"].as_array().or_else(|| schema["oneOf"].as_array()) {
         let tried: Option<Vec<String>> =
             alternatives.iter().map(|one| departure(value, one, all, place)).collect();
         return tried.map(|tried| tried.join(", or "));
@@ -27,6 +27,11 @@ fn departure(value: &Value, schema: &Value, all: &Value, place: &str) -> Option<
         && !allowed.contains(value)
     {
         return Some(format!("{place} is {value}, not one of {allowed:?}"));
+    }
+    if let Some(only) = schema.get("const")
+        && only != value
+    {
+        return Some(format!("{place} is {value}, not {only}"));
     }
     let types = match &schema["type"] {
         Value::String(one) => vec![one.as_str()],

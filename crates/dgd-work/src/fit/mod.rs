@@ -29,12 +29,13 @@ use dgd_identify::Estimate;
 use dgd_plot::Figure;
 use dgd_runtime::Signature;
 use serde::{Serialize, Serializer};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::error::{Ended, WorkError};
 use crate::output::json_text;
 use crate::output::provenance::Provenance;
 use crate::request::{Estimator, FitRequest};
+use crate::result::fit::FitResult;
 use crate::run::keeping;
 use crate::session::Session;
 use page::traces::Trace;
@@ -57,7 +58,7 @@ pub struct Fitted {
     pub left_out: Vec<String>,
     /// Versions and digests of the inputs.
     pub provenance: Provenance,
-    json: Value,
+    result: FitResult,
     text: String,
     more: Vec<(String, Vec<u8>)>,
     traces: Vec<Trace>,
@@ -94,7 +95,7 @@ impl FitFigure {
 
 /// The result of an estimator.
 struct Found {
-    json: Value,
+    result: FitResult,
     text: String,
     figures: Vec<FitFigure>,
     estimates: Vec<Estimate>,
@@ -139,14 +140,12 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
         }
         _ => Err(WorkError::Usage("this program fits by simulation alone".to_owned())),
     }?;
-    let mut json = result.json;
-    task.provenance.push_json(&mut json);
     Ok(Fitted {
         estimator,
         estimates: result.estimates,
         figures: result.figures,
         left_out: result.left_out.all().to_vec(),
-        json,
+        result: result.result,
         provenance: task.provenance,
         text: result.text,
         more: result.more,
@@ -163,9 +162,14 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
 }
 
 impl Fitted {
+    /// The result, for programs.
+    pub fn result(&self) -> &FitResult {
+        &self.result
+    }
+
     /// `result.json`.
-    pub fn to_json(&self) -> &Value {
-        &self.json
+    pub fn to_json(&self) -> Value {
+        json!(self.result)
     }
 
     /// Tables and remarks.
@@ -193,7 +197,7 @@ impl Fitted {
     /// The files of a folder of results: [`file_names`].
     pub fn files(&self, folder: &Path) -> Files {
         let name = fitted_model::file_name(&self.model);
-        let json = json_text(&self.json);
+        let json = json_text(&self.to_json());
         let mut written = vec![
             (name, self.model_text(folder).into_bytes()),
             (fitted_model::RESULT.to_owned(), json.into_bytes()),
@@ -219,6 +223,6 @@ impl Fitted {
 
 impl Serialize for Fitted {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.json.serialize(serializer)
+        self.result.serialize(serializer)
     }
 }

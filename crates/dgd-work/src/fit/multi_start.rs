@@ -8,7 +8,6 @@ use dgd_identify::{
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
-use serde_json::{Map, Value, json};
 
 use crate::error::WorkError;
 use crate::fit::report::intervals::Estimated;
@@ -16,6 +15,7 @@ use crate::fit::report::left_out::LeftOut;
 use crate::fit::report::outcome::digits_of;
 use crate::output::quantity::{short, with_unit};
 use crate::request::{Estimator, SearchRequest};
+use crate::result::fit::{MinimumEntry, MultiStartResult, StartEntry, StartSpread, ValueEntry};
 
 /// Estimates listed for another minimum, those furthest from the best first.
 const MOST_TOLD: usize = 4;
@@ -111,18 +111,14 @@ impl Minima {
     }
 
     /// The outcome of each point.
-    fn points_to_json(&self) -> Value {
+    fn ends(&self) -> Vec<StartEntry> {
         let least = self.all().fit.deviance;
-        let entry = |(k, end): (usize, &PointEnd)| {
-            let fit = self.all().fit_of(k);
-            let minimum = self.minima.iter().position(|minimum| minimum.points.contains(&k));
-            json!({
-                "end": Self::end(end),
-                "deviance_above": fit.map(|fit| fit.deviance - least),
-                "minimum": minimum,
-            })
+        let entry = |(k, end): (usize, &PointEnd)| StartEntry {
+            end: Self::end(end).to_owned(),
+            deviance_above: self.all().fit_of(k).map(|fit| fit.deviance - least),
+            minimum: self.minima.iter().position(|minimum| minimum.points.contains(&k)),
         };
-        Value::Array(self.all().ends.iter().enumerate().map(entry).collect())
+        self.all().ends.iter().enumerate().map(entry).collect()
     }
 
     /// The smallest basin of attraction that the starting points would have hit with 95 % confidence, in words.
@@ -174,38 +170,35 @@ impl Minima {
         }
     }
 
-    /// `multi_start` of `result.json`.
-    pub(crate) fn to_json(&self, outcome: &dyn Estimated) -> Value {
+    /// The section of the result.
+    pub(crate) fn entry(&self, outcome: &dyn Estimated) -> MultiStartResult {
         let minimum = |minimum: &LocalMinimum| {
             let fit = self.all().fit_of(minimum.points[0]);
             let estimates = fit.map_or(&[][..], |fit| &fit.estimates);
             let entry = |(i, estimate): (usize, &dgd_identify::Estimate)| {
-                let unit = outcome.unit(i);
-                let value = unit.from_si(estimate.value);
-                (outcome.name(i), json!({ "value": value, "unit": unit.symbol }))
+                (outcome.name(i), ValueEntry::new(estimate.value, outcome.unit(i)))
             };
-            let estimates: Map<String, Value> = estimates.iter().enumerate().map(entry).collect();
-            json!({
-                "points": minimum.points,
-                "deviance_above": minimum.above,
-                "estimates": estimates,
-            })
+            MinimumEntry {
+                points: minimum.points.clone(),
+                deviance_above: Some(minimum.above),
+                estimates: estimates.iter().enumerate().map(entry).collect(),
+            }
         };
-        json!({
-            "points": self.all().ends.len(),
-            "spread": match self.searched.spread {
-                DrawnFrom::Values => "values",
-                DrawnFrom::Bounds => "bounds",
+        MultiStartResult {
+            points: self.all().ends.len(),
+            spread: match self.searched.spread {
+                DrawnFrom::Values => StartSpread::Values,
+                DrawnFrom::Bounds => StartSpread::Bounds,
             },
-            "ends": self.points_to_json(),
-            "found_volume": self.all().found_volume(),
-            "failed_draws": self.all().failed_draws,
-            "best": self.all().best,
-            "minima": self.minima.iter().map(minimum).collect::<Vec<_>>(),
-            "failed": self.failed().0,
-            "without_minimum": self.lost(),
-            "left_out": self.unfinished(),
-        })
+            ends: self.ends(),
+            found_volume: self.all().found_volume(),
+            failed_draws: self.all().failed_draws,
+            best: self.all().best,
+            minima: self.minima.iter().map(minimum).collect(),
+            failed: self.failed().0,
+            without_minimum: self.lost(),
+            left_out: self.unfinished(),
+        }
     }
 
     /// A line for each minimum, and for the outcomes of the other points.

@@ -465,9 +465,10 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
             assert!((slope - wanted / 0.5).abs() < 1e-12, "{rows:?}");
         }
         let fitted = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
-        let result = fitted.to_json();
-        assert_eq!(result["degrees_of_freedom"], 3 + 1 - 3);
-        assert!(result["cost"].as_f64().expect("a fit has a cost") < 1e-9, "{result}");
+        let result = fitted.result();
+        let details = result.simulation.as_ref().expect("a fit by simulation");
+        assert_eq!(details.degrees_of_freedom, 3 + 1 - 3);
+        assert!(result.cost.expect("a fit has a cost") < 1e-9, "{result:?}");
     }
 
     #[test]
@@ -522,7 +523,7 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
             .collect();
         let (residuals, rows) = objective.linearised(&theta).unwrap_or_else(|e| panic!("{e}"));
         let cost: f64 = residuals.iter().map(|r| r * r).sum();
-        let of_fit = fitted.to_json()["cost"].as_f64().expect("a fit has a cost");
+        let of_fit = fitted.result().cost.expect("a fit has a cost");
         assert!((cost - of_fit).abs() <= 1e-4 * of_fit, "{cost} {of_fit}");
         // Within one standard deviation of a variable the change is far below 1.
         let n = theta.len();

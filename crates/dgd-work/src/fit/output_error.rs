@@ -7,7 +7,7 @@ use dgd_runtime::System;
 use super::multi_start::Minima;
 use super::page::traces::traces;
 use super::refit::options_of_refit;
-use super::report::bad_fit::why_bad;
+use super::report::bad_fit::BadFit;
 use super::report::excess::Excess;
 use super::report::information::Origins;
 use super::report::intervals::Intervals;
@@ -140,12 +140,12 @@ pub(super) fn run(
         ],
         |recording, i, k, w| standard.of(recording, i, k, w),
     );
-    let json = outcome.to_json();
-    let bad = why_bad(&json).filter(|_| is_converged);
-    let headline = bad.map_or_else(String::new, |words| format!("The fit is bad: {words}.\n\n"));
+    let result = outcome.result(task.provenance.clone());
+    let bad = BadFit::find(&result).filter(|_| is_converged);
+    let headline = bad.map_or_else(String::new, |reason| format!("The fit is bad: {reason}.\n\n"));
     Ok(Found {
         text: headline + &outcome.to_text(),
-        json,
+        result,
         figures,
         estimates: fit.estimates.clone(),
         traces,

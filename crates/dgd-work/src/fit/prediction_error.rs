@@ -15,7 +15,6 @@ use dgd_identify::{
 };
 use dgd_plot::{Figure, Meaning, Panel, Text};
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
-use serde_json::{Map, Value, json};
 
 use super::page::traces::traces;
 use super::task::{Task, flat};
@@ -23,10 +22,14 @@ use super::{FitFigure, Found};
 use crate::error::WorkError;
 use crate::fit::report::intervals::{Estimated, Intervals};
 use crate::fit::report::left_out::LeftOut;
-use crate::fit::report::outcome::{Tested, bound_name, digits_of, entry, name_of, rms_of, unit_of};
+use crate::fit::report::outcome::{Tested, digits_of, entry, name_of, rms_of, unit_of};
 use crate::output::figure::{self, Line, Subject};
 use crate::output::table::{push_table, significant};
 use crate::request::FitRequest;
+use crate::result::fit::{
+    BoundEntry, EstimateEntry, FitResult, NoiseEntry, OutputEntry, RecordingValues,
+    UndeterminedTerm,
+};
 use crate::run::{densities, recording};
 
 /// Tolerance that differences of innovations need.
@@ -110,7 +113,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         |_, _, _, _| None,
     );
     Ok(Found {
-        json: outcome.to_json(),
+        result: outcome.result(),
         text: outcome.to_text(),
         figures,
         estimates: fit.estimates.clone(),
@@ -254,71 +257,79 @@ impl Outcome<'_> {
         rms_of(evaluation, output, &self.signature().outputs[output].unit)
     }
 
-    fn to_json(&self) -> Value {
+    fn result(&self) -> FitResult {
         let (signature, found, task) = (self.signature(), self.found, self.task);
         let of_parameter = |estimate: &&Estimate| matches!(estimate.of, Direction::Parameter(_));
-        let parameters: Map<String, Value> = found
-            .estimates
-            .iter()
-            .filter(of_parameter)
-            .map(|estimate| entry(signature, estimate))
-            .collect();
-        let starts: Vec<Value> = (self.request.data.iter().enumerate())
-            .map(|(r, path)| {
-                let starts =
-                    found.estimates.iter().filter(|estimate| estimate.recording == Some(r));
-                let values: Map<String, Value> =
-                    starts.map(|estimate| entry(signature, estimate)).collect();
-                json!({ "data": path.display().to_string(), "values": values })
-            })
-            .collect();
-        let outputs: Map<String, Value> = (signature.outputs.iter().enumerate())
-            .map(|(i, output)| {
-                let noise = found.noise[i].filter(|_| !task.few.hide_noise(&output.name));
-                let noise = noise.map(|level| level_entry(level, &output.unit, 1.0));
-                let entry = json!({
-                    "unit": output.unit.symbol,
-                    "noise": noise,
-                    "rms_train": self.rms(&self.train, i),
-                    "rms_valid": self.valid.as_ref().and_then(|v| self.rms(&v.evaluation, i)),
-                });
-                (output.name.to_string(), entry)
-            })
-            .collect();
-        let process: Map<String, Value> = (self.states().into_iter().zip(&found.rates))
-            .map(|(i, rate)| {
-                let unit = signature.unknowns.unit(i);
-                let entry = level_entry(*rate, unit, MINUTE.sqrt());
-                (signature.unknowns.name(i).to_string(), entry)
-            })
-            .collect();
-        let mut result = json!({
-            "model": signature.name,
-            "estimator": "prediction-error",
-            "parameters": parameters,
-            "outputs": outputs,
-            "starts": starts,
-            "counts_from": self.valid.as_ref().map(Tested::counts_from),
-            "process_noise_in_a_minute": process,
-            "undetermined": self.undetermined(),
-            "few_samples": task.few.to_json(),
-            "samples": found.samples,
-            "deviance": found.deviance,
-            "iterations": found.iterations,
-            "evaluations": found.evaluations,
-            "termination": found.termination.name(),
-            "converged": found.termination.is_converged(),
-            "status": self.left_out.status(),
-            "left_out": self.left_out.all(),
+        let parameters = found.estimates.iter().filter(of_parameter);
+        let starts = self.request.data.iter().enumerate().map(|(r, path)| {
+            let starts = found.estimates.iter().filter(|estimate| estimate.recording == Some(r));
+            let values = starts.map(|estimate| entry(signature, estimate)).collect();
+            RecordingValues { data: path.display().to_string(), values }
         });
-        if let Some(result) = result.as_object_mut() {
-            self.intervals.write_json(self, result);
+        let output = |(i, output): (usize, &Output)| {
+            let noise = found.noise[i].filter(|_| !task.few.hide_noise(&output.name));
+            let noise = noise.map(|level| level_entry(level, &output.unit, 1.0));
+            let entry = OutputEntry {
+                unit: output.unit.symbol.to_string(),
+                fitted: None,
+                noise: noise.map(|level| NoiseEntry::Estimate(Box::new(level))),
+                over_declared_noise: None,
+                light_samples: None,
+                rms_train: self.rms(&self.train, i),
+                rms_valid: self.valid.as_ref().and_then(|v| self.rms(&v.evaluation, i)),
+                quality: None,
+            };
+            (output.name.to_string(), entry)
+        };
+        let process = self.states().into_iter().zip(&found.rates).map(|(i, rate)| {
+            let entry = level_entry(*rate, signature.unknowns.unit(i), MINUTE.sqrt());
+            (signature.unknowns.name(i).to_string(), entry)
+        });
+        FitResult {
+            model: signature.name.to_string(),
+            estimator: Some(crate::request::Estimator::PredictionError.name().to_owned()),
+            variants: None,
+            parameters: parameters.map(|estimate| entry(signature, estimate)).collect(),
+            fixed: None,
+            outputs: signature.outputs.iter().enumerate().map(output).collect(),
+            starts: Some(starts.collect()),
+            starts_valid: None,
+            counts_from: self.valid.as_ref().map(Tested::counts_from),
+            rows: None,
+            process_noise_in_a_minute: Some(process.collect()),
+            names: None,
+            covariance: None,
+            correlation: None,
+            undetermined: self
+                .undetermined_names()
+                .into_iter()
+                .map(|names| names.into_iter().map(UndeterminedTerm::Name).collect())
+                .collect(),
+            regression: None,
+            few_samples: task.few.entries(),
+            reservations: None,
+            samples: found.samples,
+            simulation: None,
+            cost: None,
+            deviance: Some(found.deviance),
+            iterations: found.iterations,
+            evaluations: found.evaluations,
+            termination: Some(found.termination.name().to_owned()),
+            converged: found.termination.is_converged(),
+            status: self.left_out.status(),
+            left_out: self.left_out.all().to_vec(),
+            profiles: self.intervals.profile_entries(self),
+            bootstrap: None,
+            multi_start: None,
+            linearised: None,
+            information: None,
+            operating_points: None,
+            provenance: task.provenance.clone(),
         }
-        result
     }
 
     /// Names of estimates that can change together without changing the likelihood.
-    fn undetermined(&self) -> Vec<Vec<String>> {
+    fn undetermined_names(&self) -> Vec<Vec<String>> {
         let n = self.found.estimates.len();
         let sought_rates = (self.states().into_iter().zip(rates(self.task)))
             .filter(|(_, level)| *level == Level::Estimated)
@@ -349,7 +360,7 @@ impl Outcome<'_> {
             let value = unit.from_si(estimate.value);
             let std = estimate.std.map(|std| std / unit.factor.abs());
             let shown = match (std, estimate.at_bound) {
-                (_, Some(reached)) => format!("at its {} bound", bound_name(reached)),
+                (_, Some(reached)) => format!("at its {} bound", BoundEntry::from(reached).name()),
                 (Some(std), None) => significant(std, 2),
                 (None, None) if self.task.few.hide_stds() => "-".to_owned(),
                 (None, None) => "not determined".to_owned(),
@@ -384,7 +395,7 @@ impl Outcome<'_> {
         self.intervals.push_text(&mut text, self);
         self.left_out.push_text(&mut text);
         self.task.few.push_text(&mut text);
-        for together in self.undetermined() {
+        for together in self.undetermined_names() {
             // Writing to a string cannot fail.
             let _ =
                 writeln!(text, "the data does not determine {}", together.join(" together with "));
@@ -445,14 +456,16 @@ fn innovations(
 }
 
 /// A noise level multiplied by `scale`, for programs.
-fn level_entry(level: LevelEstimate, unit: &Unit, scale: f64) -> Value {
+fn level_entry(level: LevelEstimate, unit: &Unit, scale: f64) -> EstimateEntry {
     let value = level.value * scale / unit.factor.abs();
-    json!({
-        "value": value,
-        "unit": unit.symbol,
-        "std": level.log_std.map(|std| std * value),
-        "at_bound": level.at_bound.map(bound_name),
-    })
+    EstimateEntry {
+        value: Some(value),
+        unit: unit.symbol.to_string(),
+        std: level.log_std.map(|std| std * value),
+        at_bound: level.at_bound.map(BoundEntry::from),
+        std_model: None,
+        regression: None,
+    }
 }
 
 fn level_row(name: String, level: LevelEstimate, unit: &Unit, scale: f64) -> [String; 4] {

@@ -107,7 +107,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     let more = estimates.map(|csv| (ESTIMATES.to_owned(), csv.into_bytes()));
     let traces = simulated_traces(task, request, [&outcome.train, &outcome.valid]);
     Ok(Found {
-        json: outcome.to_json(),
+        result: outcome.result(task.provenance.clone()),
         text: outcome.to_text(),
         figures,
         estimates: fit.estimates.clone(),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dgd_compiler::source::Sources;
 use dgd_data::Sha256Digest;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::session::Session;
@@ -14,14 +14,17 @@ use crate::session::Session;
 /// It is incremented if a key is removed or changes its meaning; new keys leave it unchanged.
 pub const SCHEMA_VERSION: u32 = 3;
 
-/// Provenance of a result: equal provenances and requests give equal results.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+/// Provenance of a result: equal provenances and requests give equal results. Digests are SHA-256, as `sha256:` and 64
+/// hexadecimal digits.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(rename = "provenance"))]
 #[non_exhaustive]
 pub struct Provenance {
     /// Version of the schema of results: [`SCHEMA_VERSION`].
+    #[cfg_attr(test, schemars(extend("enum" = [SCHEMA_VERSION])))]
     pub schema: u32,
     /// Version of dgd.
-    pub version: &'static str,
+    pub version: String,
     /// Seed of everything random.
     pub seed: u64,
     /// Digest of the model: its text, imports, effects, choices and settings.
@@ -31,7 +34,8 @@ pub struct Provenance {
 }
 
 /// A data file.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DataFile {
     /// As it was given.
@@ -53,7 +57,7 @@ impl Provenance {
     pub(crate) fn new(session: Session<'_>, model: Option<String>, data: Vec<DataFile>) -> Self {
         Provenance {
             schema: SCHEMA_VERSION,
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             seed: session.seed,
             model,
             data,

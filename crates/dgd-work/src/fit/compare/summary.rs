@@ -22,16 +22,16 @@ pub(super) fn entry(all: &Comparison, k: usize) -> Value {
         let entry = json!({ "unit": unit, "train": agreement(false), "valid": agreement(true) });
         outputs.insert(name.to_owned(), entry);
     }
-    let json = contender.fitted.to_json();
+    let result = contender.fitted.result();
     json!({
         "name": contender.name,
         "model": contender.named.model.display().to_string(),
         "model_digest": contender.fitted.provenance.model,
         "variants": contender.named.choices.variant,
         "effects": contender.named.choices.apply,
-        "converged": json["converged"],
-        "status": json["status"],
-        "parameters": json["parameters"],
+        "converged": result.converged,
+        "status": result.status,
+        "parameters": result.parameters,
         "estimates": contender.score.estimates,
         "deviance": contender.score.deviance,
         "aic": contender.score.aic(),
@@ -111,20 +111,17 @@ pub(super) struct ParameterRow {
 
 /// The parameters of all contenders, in order of first appearance.
 pub(super) fn parameters(all: &Comparison) -> Vec<ParameterRow> {
-    let parameters_of = |k: usize| all.contenders[k].fitted.to_json()["parameters"].as_object();
     let mut rows: Vec<ParameterRow> = Vec::new();
     for k in 0..all.contenders.len() {
-        for (name, entry) in parameters_of(k).into_iter().flatten() {
-            let unit = entry["unit"].as_str().unwrap_or_default();
-            let position = rows.iter().position(|row| row.name == *name && row.unit == unit);
+        for (name, entry) in all.contenders[k].fitted.result().parameters.iter() {
+            let position = rows.iter().position(|row| row.name == name && row.unit == entry.unit);
             let position = position.unwrap_or_else(|| {
                 let values = vec![None; all.contenders.len()];
-                rows.push(ParameterRow { name: name.clone(), unit: unit.to_owned(), values });
+                rows.push(ParameterRow { name: name.to_owned(), unit: entry.unit.clone(), values });
                 rows.len() - 1
             });
-            let std = entry["std"].as_f64().unwrap_or(f64::NAN);
-            rows[position].values[k] =
-                entry["value"].as_f64().map(|value| Quantity::with(value, std));
+            let std = entry.std.unwrap_or(f64::NAN);
+            rows[position].values[k] = entry.value.map(|value| Quantity::with(value, std));
         }
     }
     rows
@@ -156,7 +153,7 @@ pub(super) fn text(all: &Comparison) -> String {
             let above = own.zip(least).map(|(own, least)| own - least);
             above.map_or_else(|| "-".to_owned(), |above| format!("+{above:.1}"))
         };
-        let status = &contender.fitted.to_json()["status"];
+        let status = contender.fitted.result().status;
         table.push([
             contender.label.clone(),
             score.estimates.to_string(),
@@ -165,7 +162,7 @@ pub(super) fn text(all: &Comparison) -> String {
             above(score.bic(), least_bic.and_then(|k| all.contenders[k].score.bic())),
             number(all.relative_error(k, false), 3),
             number(all.relative_error(k, true), 3),
-            status.as_str().filter(|status| *status != "done").unwrap_or_default().to_owned(),
+            status.remark().to_owned(),
         ]);
     }
     let dashes = || std::iter::repeat_n("-".to_owned(), 6);

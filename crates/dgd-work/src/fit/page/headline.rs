@@ -2,14 +2,14 @@
 
 use dgd_page::{Markup, Tone};
 use dgd_runtime::Signature;
-use serde_json::Value;
 
 use super::diagnosis::Diagnosis;
 use super::parameters::doubtful;
-use crate::fit::report::bad_fit::{exceeds_noise, why_bad};
+use crate::fit::report::bad_fit::BadFit;
 use crate::fit::report::outcome::CORRELATED;
 use crate::output::page::told;
 use crate::output::quantity::short;
+use crate::result::fit::{FitResult, OutputEntry};
 
 /// Validation residuals larger than those in training by this factor are pointed out.
 const WORSE: f64 = 1.5;
@@ -24,16 +24,20 @@ pub(super) struct Headline {
     pub end: Markup,
 }
 
-pub(super) fn headline(json: &Value, signature: &Signature, diagnosis: &Diagnosis) -> Headline {
+pub(super) fn headline(
+    result: &FitResult,
+    signature: &Signature,
+    diagnosis: &Diagnosis,
+) -> Headline {
     let names = |outputs: &[usize]| quoted(outputs.iter().map(|i| &*signature.outputs[*i].name));
     let all_outputs = || 0..signature.outputs.len();
     let dependent: Vec<usize> =
         all_outputs().filter(|i| !diagnosis.depends_on(*i).is_empty()).collect();
     let coloured: Vec<usize> = all_outputs().filter(|i| diagnosis.is_coloured(*i)).collect();
-    let (sentence, tone) = if json["converged"] != true {
+    let (sentence, tone) = if !result.converged {
         ("Not converged: do not use these values".to_owned(), Tone::Doubt)
-    } else if let Some(words) = why_bad(json) {
-        (format!("Converged, but {words}"), Tone::Doubt)
+    } else if let Some(reason) = BadFit::find(result) {
+        (format!("Converged, but {reason}"), Tone::Doubt)
     } else if !dependent.is_empty() {
         let outputs = names(&dependent);
         (format!("Converged, but the model misses something in {outputs}"), Tone::Doubt)
@@ -45,8 +49,8 @@ pub(super) fn headline(json: &Value, signature: &Signature, diagnosis: &Diagnosi
     } else {
         ("Converged, and the residuals look like noise".to_owned(), Tone::Good)
     };
-    let mut doubts: Vec<String> = strings(&json["left_out"]);
-    doubts.extend(larger(json));
+    let mut doubts: Vec<String> = result.left_out.clone();
+    doubts.extend(larger(result));
     for i in dependent {
         let inputs = diagnosis.depends_on(i);
         let inputs = quoted(inputs.into_iter().map(|k| &*signature.inputs[k].name));
@@ -62,21 +66,23 @@ pub(super) fn headline(json: &Value, signature: &Signature, diagnosis: &Diagnosi
             names(&coloured)
         ));
     }
-    doubts.extend(worse(json));
-    doubts.push(doubtful(json, CORRELATED));
-    doubts.extend(strings(&json["reservations"]));
+    doubts.extend(worse(result));
+    doubts.push(doubtful(result, CORRELATED));
+    doubts.extend(result.reservations.iter().flatten().cloned());
     let doubts: Vec<Markup> = doubts.iter().map(|doubt| Markup::prose(doubt)).collect();
     Headline {
         sentence: Markup::prose(&sentence),
         tone,
         doubts: Markup::list(&doubts),
-        end: Markup::prose(&end(json)).caption(),
+        end: Markup::prose(&end(result)).caption(),
     }
 }
 
 /// Residuals larger than the declared noise, in a sentence.
-fn larger(json: &Value) -> Option<String> {
-    let chi = json["reduced_chi_square"].as_f64().filter(|_| exceeds_noise(json))?;
+fn larger(result: &FitResult) -> Option<String> {
+    let details = result.simulation.as_ref()?;
+    let chi = details.reduced_chi_square?;
+    details.left_over.as_ref().filter(|model_error| model_error.exceeds_declared_noise)?;
     Some(format!(
         "The residuals are larger than the declared noise (reduced χ² = {}): the model misses something, or the noise is \
          larger than was declared, and the standard deviations below are too small.",
@@ -85,11 +91,9 @@ fn larger(json: &Value) -> Option<String> {
 }
 
 /// Outputs that the fit predicts worse than it fits them.
-fn worse(json: &Value) -> Option<String> {
-    let outputs = json["outputs"].as_object()?;
-    let ratio =
-        |output: &Value| Some(output["rms_valid"].as_f64()? / output["rms_train"].as_f64()?);
-    let worse = outputs.iter().filter_map(|(name, output)| Some((name, ratio(output)?)));
+fn worse(result: &FitResult) -> Option<String> {
+    let ratio = |output: &OutputEntry| Some(output.rms_valid? / output.rms_train?);
+    let worse = result.outputs.iter().filter_map(|(name, output)| Some((name, ratio(output)?)));
     let worse = worse.filter(|(_, ratio)| *ratio > WORSE);
     let worse: Vec<String> =
         worse.map(|(name, ratio)| format!("`{name}` by {}", short(ratio, 2))).collect();
@@ -98,32 +102,30 @@ fn worse(json: &Value) -> Option<String> {
 }
 
 /// The outcome of the search, in numbers.
-fn end(json: &Value) -> String {
+fn end(result: &FitResult) -> String {
+    let details = result.simulation.as_ref();
     let mut parts = Vec::new();
-    let mut push = |key: &str, name: &str| {
-        if let Some(value) = json[key].as_f64() {
-            parts.push(format!("{name} {}", told(value)));
-        }
-    };
-    push("reduced_chi_square", "reduced χ²");
-    push("samples", "samples:");
-    push("iterations", "steps:");
-    push("evaluations", "simulations or evaluations:");
-    for (key, name) in [("aicc", "AICc"), ("bic", "BIC")] {
-        if let Some(value) = json[key].as_f64() {
+    if let Some(chi) = details.and_then(|details| details.reduced_chi_square) {
+        parts.push(format!("reduced χ² {}", told(chi)));
+    }
+    for (name, count) in [
+        ("samples:", result.samples),
+        ("steps:", result.iterations),
+        ("simulations or evaluations:", result.evaluations),
+    ] {
+        parts.push(format!("{name} {}", told(count as f64)));
+    }
+    let criteria = details.map(|details| [("AICc", details.aicc), ("BIC", details.bic)]);
+    for (name, value) in criteria.into_iter().flatten() {
+        if let Some(value) = value {
             // Differences of a few units matter, however large the value is.
             parts.push(format!("{name} {value:.1}"));
         }
     }
-    if let Some(how) = json["termination"].as_str() {
+    if let Some(how) = &result.termination {
         parts.push(format!("ended by {how}"));
     }
     parts.join("; ")
-}
-
-fn strings(list: &Value) -> Vec<String> {
-    let list = list.as_array().map_or(&[][..], Vec::as_slice);
-    list.iter().filter_map(|one| one.as_str().map(str::to_owned)).collect()
 }
 
 fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {

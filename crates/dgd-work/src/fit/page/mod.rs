@@ -21,21 +21,22 @@ use crate::output::agreement::Agreement;
 use crate::output::figure::{self, Line, Subject};
 use crate::output::page::{name, number, origin, unit};
 use crate::output::quantity::of_differences;
+use crate::result::fit::NoiseEntry;
 use diagnosis::Diagnosis;
 use traces::Trace;
 
 /// The page's text.
 pub(super) fn write(fitted: &Fitted) -> String {
-    let (json, signature) = (&fitted.json, &fitted.signature);
+    let (result, signature) = (&fitted.result, &fitted.signature);
     let diagnosis = Diagnosis::of(signature, &fitted.traces);
     let mut page = Page::new(&format!("{}: fit", signature.name));
     let kind = Markup::text("Fit of the model ").then(&Markup::code(&signature.name));
-    let headline = headline::headline(json, signature, &diagnosis);
+    let headline = headline::headline(result, signature, &diagnosis);
     let more = [headline.doubts, outputs(fitted), headline.end];
     page.push_header(&kind, &headline.sentence, headline.tone, &more);
-    page.push_section("Parameters", &[parameters::table(json), parameters::starts(json)]);
-    page.push_section("Correlation of the estimates", &[parameters::correlation(json)]);
-    starts::push(&mut page, json);
+    page.push_section("Parameters", &[parameters::table(result), parameters::starts(result)]);
+    page.push_section("Correlation of the estimates", &[parameters::correlation(result)]);
+    starts::push(&mut page, result);
     for trace in &fitted.traces {
         push_recording(&mut page, signature, trace);
     }
@@ -61,8 +62,8 @@ pub(super) fn write(fitted: &Fitted) -> String {
             .collect();
         page.push_section(heading, &charts);
     }
-    page.push_section("Which data determines the parameters", &[parameters::information(json)]);
-    page.push_section("Operating points", &[parameters::operating_points(json)]);
+    page.push_section("Which data determines the parameters", &[parameters::information(result)]);
+    page.push_section("Operating points", &[parameters::operating_points(result)]);
     let text = Markup::text(&fitted.text);
     let text = format!(
         "<details>\n<summary>Tables and remarks as a terminal shows them</summary>\n\
@@ -89,7 +90,12 @@ fn outputs(fitted: &Fitted) -> Markup {
         if sets.iter().all(Option::is_none) {
             continue;
         }
-        let noise = fitted.json["outputs"][&*output.name]["noise"].as_f64();
+        let entry = fitted.result.outputs.get(&output.name);
+        // The noise of innovations is no standard deviation of the residuals.
+        let noise = entry.and_then(|entry| match &entry.noise {
+            Some(NoiseEntry::Std(std)) => Some(*std),
+            Some(NoiseEntry::Estimate(_)) | None => None,
+        });
         let mut row =
             vec![name(&output.name), unit(&of_differences(&output.unit).symbol), number(noise, 3)];
         for set in sets {

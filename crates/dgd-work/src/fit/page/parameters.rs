@@ -1,33 +1,31 @@
 //! Tables of the estimates: values, doubts, correlations, sources of information.
 
 use dgd_page::{Markup, Table, heat_map};
-use serde_json::Value;
 
 use super::remark;
 use crate::output::page::{count, name, number, unit};
 use crate::output::quantity::{Quantity, rounded, short};
+use crate::result::ByName;
+use crate::result::fit::{
+    EstimateEntry, FitResult, OperatingPointEntry, RecordingValues, ValueEntry,
+};
 
 /// A larger relative standard deviation is pointed out.
 const VAGUE: f64 = 0.5;
 
-/// The entries of an object; none for other values.
-fn entries(value: &Value) -> impl Iterator<Item = (&String, &Value)> {
-    value.as_object().into_iter().flatten()
-}
-
 /// Standard deviation relative to the magnitude of the value.
-fn relative(entry: &Value) -> Option<f64> {
-    let (std, value) = (entry["std"].as_f64()?, entry["value"].as_f64()?);
+fn relative(entry: &EstimateEntry) -> Option<f64> {
+    let (std, value) = (entry.std?, entry.value?);
     (value != 0.0).then(|| std / value.abs())
 }
 
 /// The reason to doubt an estimate.
-fn doubt(entry: &Value) -> Option<String> {
-    if let Some(bound) = entry["at_bound"].as_str() {
-        return Some(format!("at its {bound} bound"));
+fn doubt(entry: &EstimateEntry) -> Option<String> {
+    if let Some(bound) = entry.at_bound {
+        return Some(format!("at its {} bound", bound.name()));
     }
     match relative(entry) {
-        None if entry["std"].is_null() => Some("no standard deviation".to_owned()),
+        None if entry.std.is_none() => Some("no standard deviation".to_owned()),
         Some(relative) if relative > VAGUE => {
             Some(format!("known to ± {} %", short(100.0 * relative, 2)))
         }
@@ -36,14 +34,16 @@ fn doubt(entry: &Value) -> Option<String> {
 }
 
 /// The parameters to doubt, in a sentence.
-pub(super) fn doubtful(json: &Value, correlated: f64) -> String {
-    let mut doubts: Vec<String> = entries(&json["parameters"])
+pub(super) fn doubtful(result: &FitResult, correlated: f64) -> String {
+    let mut doubts: Vec<String> = result
+        .parameters
+        .iter()
         .filter_map(|(name, entry)| Some(format!("`{name}` ({})", doubt(entry)?)))
         .collect();
-    let names = names(json);
+    let names = result.names.as_deref().unwrap_or_default();
     for (i, first) in names.iter().enumerate() {
         for (j, second) in names.iter().enumerate().skip(i + 1) {
-            if let Some(r) = json["correlation"][i][j].as_f64()
+            if let Some(r) = result.correlation_of(i, j)
                 && r.abs() > correlated
             {
                 let r = short(r, 3);
@@ -51,13 +51,9 @@ pub(super) fn doubtful(json: &Value, correlated: f64) -> String {
             }
         }
     }
-    for combination in json["undetermined"].as_array().into_iter().flatten() {
-        let names: Vec<String> = combination
-            .as_array()
-            .into_iter()
-            .flatten()
-            .filter_map(|term| Some(format!("`{}`", term["name"].as_str().or(term.as_str())?)))
-            .collect();
+    for combination in &result.undetermined {
+        let names: Vec<String> =
+            combination.iter().map(|term| format!("`{}`", term.name())).collect();
         if names.len() > 1 {
             doubts.push(format!("{} one by one (no output tells them apart)", names.join(", ")));
         }
@@ -65,7 +61,9 @@ pub(super) fn doubtful(json: &Value, correlated: f64) -> String {
     if !doubts.is_empty() {
         return format!("Do not rely on {}.", doubts.join("; "));
     }
-    let vaguest = entries(&json["parameters"])
+    let vaguest = result
+        .parameters
+        .iter()
         .filter_map(|(name, entry)| Some((name, relative(entry)?)))
         .max_by(|a, b| a.1.total_cmp(&b.1));
     match vaguest {
@@ -77,28 +75,22 @@ pub(super) fn doubtful(json: &Value, correlated: f64) -> String {
     }
 }
 
-fn names(json: &Value) -> Vec<String> {
-    let names = json["names"].as_array().map_or(&[][..], Vec::as_slice);
-    names.iter().filter_map(|name| name.as_str().map(str::to_owned)).collect()
-}
-
 /// Digits of an estimate without a standard deviation.
 const DIGITS: i32 = 6;
 
 const HEAD: [&str; 5] = ["estimate", "value ± std", "unit", "± std, %", "remark"];
 
-fn push_rows(table: &mut Table, values: &Value) {
-    for (called, entry) in entries(values) {
-        let (value, std) = (entry["value"].as_f64(), entry["std"].as_f64());
-        let shown = match (value, std) {
+fn push_rows(table: &mut Table, estimates: &ByName<EstimateEntry>) {
+    for (called, entry) in estimates.iter() {
+        let shown = match (entry.value, entry.std) {
             (None, _) => "–".to_owned(),
             (Some(value), Some(std)) if std > 0.0 => Quantity::new(value, std).to_string(),
             (Some(value), _) => rounded(value, DIGITS),
         };
         table.rows.push(vec![
             name(called),
-            dgd_page::Cell::number(&shown, value),
-            unit(entry["unit"].as_str().unwrap_or_default()),
+            dgd_page::Cell::number(&shown, entry.value),
+            unit(&entry.unit),
             number(relative(entry).map(|relative| 100.0 * relative), 2),
             remark(&doubt(entry).unwrap_or_default()),
         ]);
@@ -106,19 +98,18 @@ fn push_rows(table: &mut Table, values: &Value) {
 }
 
 /// The estimated parameters.
-pub(super) fn table(json: &Value) -> Markup {
+pub(super) fn table(result: &FitResult) -> Markup {
     let mut table = Table::new("Estimated parameters", &HEAD);
-    push_rows(&mut table, &json["parameters"]);
+    push_rows(&mut table, &result.parameters);
     table.to_markup()
 }
 
 /// Estimated initial values, recording by recording.
-pub(super) fn starts(json: &Value) -> Markup {
+pub(super) fn starts(result: &FitResult) -> Markup {
     let mut tables = Markup::default();
-    for of in json["starts"].as_array().into_iter().flatten() {
-        let data = of["data"].as_str().unwrap_or_default();
+    for RecordingValues { data, values } in result.starts.iter().flatten() {
         let mut table = Table::new(&format!("Start values of {data}"), &HEAD);
-        push_rows(&mut table, &of["values"]);
+        push_rows(&mut table, values);
         if !table.rows.is_empty() {
             let heading = format!("<h3>Start values of {}</h3>\n", Markup::code(data));
             tables = tables.then(&Markup::trusted(heading)).then(&table.to_markup());
@@ -128,61 +119,51 @@ pub(super) fn starts(json: &Value) -> Markup {
 }
 
 /// The correlation matrix in colours, so that strong correlations stand out.
-pub(super) fn correlation(json: &Value) -> Markup {
-    let names = names(json);
-    if names.len() < 2 || json["correlation"].as_array().is_none_or(Vec::is_empty) {
+pub(super) fn correlation(result: &FitResult) -> Markup {
+    let names = result.names.as_deref().unwrap_or_default();
+    if names.len() < 2 {
         return Markup::default();
     }
-    let value = |i: usize, j: usize| json["correlation"][i][j].as_f64();
+    let value = |i: usize, j: usize| result.correlation_of(i, j);
     let note = "Coloured from ± 0.3, 0.7 and 0.95: the stronger, the less can be said of one without the other.";
-    heat_map("Correlation of the estimates", &names, value).then(&Markup::text(note).caption())
+    heat_map("Correlation of the estimates", names, value).then(&Markup::text(note).caption())
 }
 
 /// The information on each estimate from steady operation and from transients, and where most of it comes from.
-pub(super) fn information(json: &Value) -> Markup {
+pub(super) fn information(result: &FitResult) -> Markup {
     let head = ["estimate", "at rest, %", "transients, %", "most at, s", "in", "of"];
     let mut table = Table::new("Which data determines the parameters", &head);
-    for (called, entry) in entries(&json["information"]) {
-        let part = |key: &str| number(entry[key].as_f64().map(|part| 100.0 * part), 3);
-        let best = &entry["best"];
+    for (called, entry) in result.information.iter().flat_map(ByName::iter) {
+        let percent = |part: Option<f64>| number(part.map(|part| 100.0 * part), 3);
+        let best = entry.best.as_ref();
         table.rows.push(vec![
             name(called),
-            part("steady"),
-            part("transient"),
-            number(best["time"].as_f64(), 5),
-            name(best["data"].as_str().unwrap_or_default()),
-            name(best["output"].as_str().unwrap_or_default()),
+            percent(entry.steady),
+            percent(entry.transient),
+            number(best.map(|best| best.time), 5),
+            name(best.map_or("", |best| &best.data)),
+            name(best.map_or("", |best| &best.output)),
         ]);
     }
     table.to_markup()
 }
 
 /// The steady operating points of the recordings.
-pub(super) fn operating_points(json: &Value) -> Markup {
-    let points = json["operating_points"].as_array().map_or(&[][..], Vec::as_slice);
+pub(super) fn operating_points(result: &FitResult) -> Markup {
+    let points = result.operating_points.as_deref().unwrap_or_default();
     let Some(first) = points.first() else { return Markup::default() };
-    let quantities = |point: &Value| -> Vec<(String, Option<f64>, String)> {
-        ["inputs", "outputs"]
-            .iter()
-            .flat_map(|key| {
-                entries(&point[*key]).map(|(name, entry)| {
-                    let unit = entry["unit"].as_str().unwrap_or_default().to_owned();
-                    (name.clone(), entry["value"].as_f64(), unit)
-                })
-            })
-            .collect()
+    let quantities = |point: &OperatingPointEntry| -> Vec<(String, ValueEntry)> {
+        let all = point.inputs.iter().chain(point.outputs.iter());
+        all.map(|(name, entry)| (name.to_owned(), entry.clone())).collect()
     };
     let mut table = Table::new("Operating points", &[]);
     table.head = vec![Markup::text("point"), Markup::text("samples, %")];
-    table.head.extend(
-        quantities(first)
-            .iter()
-            .map(|(name, _, unit)| Markup::code(name).then(&Markup::text(&format!(" [{unit}]")))),
-    );
+    table.head.extend(quantities(first).iter().map(|(name, entry)| {
+        Markup::code(name).then(&Markup::text(&format!(" [{}]", entry.unit)))
+    }));
     for (k, point) in points.iter().enumerate() {
-        let mut row =
-            vec![count(k + 1), number(point["share"].as_f64().map(|share| 100.0 * share), 3)];
-        row.extend(quantities(point).into_iter().map(|(_, value, _)| number(value, 4)));
+        let mut row = vec![count(k + 1), number(point.share.map(|share| 100.0 * share), 3)];
+        row.extend(quantities(point).into_iter().map(|(_, entry)| number(entry.value, 4)));
         table.rows.push(row);
     }
     table.to_markup()
@@ -193,11 +174,12 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::result::fit::tests::with;
 
     #[test]
     fn what_is_not_to_be_believed_is_named_with_the_reason() {
         let parameter = |value: f64, std: Option<f64>, bound: Option<&str>| json!({ "value": value, "unit": "m", "std": std, "at_bound": bound });
-        let json = json!({
+        let result = with(&json!({
             "parameters": {
                 "a": parameter(2.0, Some(0.1), None),
                 "b": parameter(1.0, Some(0.8), None),
@@ -206,14 +188,14 @@ mod tests {
             },
             "names": ["a", "b"],
             "correlation": [[1.0, -0.99], [-0.99, 1.0]],
-            "undetermined": [[{ "name": "c" }, { "name": "d" }]],
-        });
+            "undetermined": [[{ "name": "c", "relative_change": 1.0 }, { "name": "d", "relative_change": 1.0 }]],
+        }));
         assert_eq!(
-            doubtful(&json, 0.95),
+            doubtful(&result, 0.95),
             "Do not rely on `b` (known to ± 80 %); `c` (at its upper bound); `d` (no standard deviation); \
              `a` and `b` one by one (correlation −0.99); `c`, `d` one by one (no output tells them apart)."
         );
-        let fine = json!({ "parameters": { "a": parameter(-2.0, Some(0.1), None) } });
+        let fine = with(&json!({ "parameters": { "a": parameter(-2.0, Some(0.1), None) } }));
         assert!(doubtful(&fine, 0.95).ends_with("the least certain is `a`, to ± 5 %."));
     }
 }

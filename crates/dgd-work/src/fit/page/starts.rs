@@ -2,35 +2,34 @@
 
 use dgd_page::{Link, Markup, Page, Table};
 use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
-use serde_json::Value;
 
 use crate::output::page::{count, name, number, told, unit};
+use crate::result::fit::{FitResult, MinimumEntry, MultiStartResult, StartEntry};
 
 /// Minima with a column; `result.json` has all.
 const MOST_MINIMA: usize = 6;
 
 /// The section on several starting points, if there were several.
-pub(super) fn push(page: &mut Page, json: &Value) {
-    let several = &json["multi_start"];
-    let Some(ends) = several["ends"].as_array() else { return };
+pub(super) fn push(page: &mut Page, result: &FitResult) {
+    let Some(several) = &result.multi_start else { return };
     let note = "Each point is a fit, the best first. Those on one step have reached one minimum; steps above the first are \
                 other minima. Fits that did not converge stand where they ended.";
-    let chart = page.chart(&waterfall(ends), Link::Alone, &Markup::text(note));
+    let chart = page.chart(&waterfall(&several.ends), Link::Alone, &Markup::text(note));
     let words = sentence(several).map(|words| Markup::prose(&words).caption());
     page.push_section("Starting points", &[words.unwrap_or_default(), chart, minima(several)]);
 }
 
 /// Deviances above the best, ascending, on a scale that shows both 0 and thousands.
-fn waterfall(ends: &[Value]) -> Figure {
+fn waterfall(ends: &[StartEntry]) -> Figure {
     let mut fits: Vec<(f64, Kind)> = ends
         .iter()
         .filter_map(|end| {
-            let kind = match end["minimum"].as_u64() {
+            let kind = match end.minimum {
                 Some(0) => Kind::Best,
                 Some(_) => Kind::Other,
                 None => Kind::Lost,
             };
-            Some((end["deviance_above"].as_f64()?, kind))
+            Some((end.deviance_above?, kind))
         })
         .collect();
     fits.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -65,43 +64,41 @@ enum Kind {
 }
 
 /// The number of starting points, and the smallest basin of attraction that they would have hit with 95 % confidence.
-fn sentence(several: &Value) -> Option<String> {
-    let count = |key: &str| several[key].as_u64().unwrap_or(0);
-    let volume = several["found_volume"].as_f64()?;
-    let draws = match count("failed_draws") {
+fn sentence(several: &MultiStartResult) -> Option<String> {
+    let volume = several.found_volume?;
+    let draws = match several.failed_draws {
         0 => String::new(),
         n => format!(" {n} draws could not be simulated, and were drawn again nearby."),
     };
     Some(format!(
         "{} starting points, {} of them without a minimum. A minimum that is reached from more than {} % of the volume \
          the points were drawn from would have been found, at 95 %.{draws}",
-        count("points"),
-        count("failed") + count("without_minimum") + count("left_out"),
+        several.points,
+        several.failed + several.without_minimum + several.left_out,
         told(100.0 * volume)
     ))
 }
 
 /// The estimates at each minimum.
-fn minima(several: &Value) -> Markup {
-    let minima = several["minima"].as_array().map_or(&[][..], Vec::as_slice);
-    let shown = &minima[..minima.len().min(MOST_MINIMA)];
+fn minima(several: &MultiStartResult) -> Markup {
+    let shown = &several.minima[..several.minima.len().min(MOST_MINIMA)];
     let Some(first) = shown.first() else { return Markup::default() };
     let mut table = Table::new("The minima beside each other", &["", "unit"]);
     let heads = (1..=shown.len()).map(|k| Markup::text(&format!("minimum {k}")));
     table.head.extend(heads);
-    let row = |words: &str, value: &dyn Fn(&Value) -> Option<f64>| {
+    let row = |words: &str, value: &dyn Fn(&MinimumEntry) -> Option<f64>| {
         let mut row = vec![dgd_page::Cell::text(Markup::text(words)), unit("")];
         row.extend(shown.iter().map(|minimum| number(value(minimum), 5)));
         row
     };
-    let points = |minimum: &Value| count(minimum["points"].as_array().map_or(0, Vec::len));
+    let points = |minimum: &MinimumEntry| count(minimum.points.len());
     let mut led = vec![dgd_page::Cell::text(Markup::text("starting points")), unit("")];
     led.extend(shown.iter().map(points));
     table.rows.push(led);
-    table.rows.push(row("deviance above the best", &|minimum| minimum["deviance_above"].as_f64()));
-    for (called, entry) in first["estimates"].as_object().into_iter().flatten() {
-        let mut row = vec![name(called), unit(entry["unit"].as_str().unwrap_or_default())];
-        let value = |minimum: &Value| minimum["estimates"][called.as_str()]["value"].as_f64();
+    table.rows.push(row("deviance above the best", &|minimum| minimum.deviance_above));
+    for (called, entry) in first.estimates.iter() {
+        let mut row = vec![name(called), unit(&entry.unit)];
+        let value = |minimum: &MinimumEntry| minimum.estimates.get(called)?.value;
         row.extend(shown.iter().map(|minimum| number(value(minimum), 5)));
         table.rows.push(row);
     }
@@ -110,13 +107,16 @@ fn minima(several: &Value) -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
+    use crate::result::fit::StartSpread;
 
     #[test]
     fn a_waterfall_has_a_step_for_each_minimum_in_order() {
-        let end = |above: Option<f64>, minimum: Option<u64>| json!({ "end": "reduction", "deviance_above": above, "minimum": minimum });
+        let end = |deviance_above: Option<f64>, minimum: Option<usize>| StartEntry {
+            end: "reduction".to_owned(),
+            deviance_above,
+            minimum,
+        };
         let ends = [
             end(Some(99.0), Some(1)),
             end(Some(0.0), Some(0)),
@@ -133,11 +133,22 @@ mod tests {
 
     #[test]
     fn the_sentence_says_what_was_drawn_and_lost() {
-        let several = json!({ "points": 50, "failed": 1, "without_minimum": 2, "left_out": 0, "failed_draws": 4, "found_volume": 3.0 / 46.0 });
-        let words = sentence(&several).expect("46 of 49 led somewhere");
+        let several = |found_volume| MultiStartResult {
+            points: 50,
+            spread: StartSpread::Values,
+            ends: Vec::new(),
+            found_volume,
+            failed_draws: 4,
+            best: 0,
+            minima: Vec::new(),
+            failed: 1,
+            without_minimum: 2,
+            left_out: 0,
+        };
+        let words = sentence(&several(Some(3.0 / 46.0))).expect("46 of 49 led somewhere");
         assert!(words.starts_with("50 starting points, 3 of them without a minimum."), "{words}");
         assert!(words.contains("more than 6.522 % of the volume"), "{words}");
         assert!(words.ends_with("4 draws could not be simulated, and were drawn again nearby."));
-        assert_eq!(sentence(&json!({ "found_volume": null })), None);
+        assert_eq!(sentence(&several(None)), None);
     }
 }

@@ -1,9 +1,10 @@
 //! Detects a bad fit, whatever the outcome of its search; the report begins with it.
 
-use serde_json::Value;
+use std::fmt;
 
 use super::quality::RARE;
 use crate::output::quantity::short;
+use crate::result::fit::{FitResult, OutputEntry};
 
 /// A fit whose residuals exceed the declared noise by more than this factor is bad.
 const BAD: f64 = 2.0;
@@ -12,82 +13,125 @@ const BAD: f64 = 2.0;
 /// converged search.
 const WORSE_THAN_MEAN: f64 = -1e-3;
 
-/// Why a fit is bad, from its `result.json`; `None` if it is not.
-pub(crate) fn why_bad(json: &Value) -> Option<String> {
-    let outputs = json["outputs"].as_object().into_iter().flatten();
-    let outputs: Vec<(&String, &Value)> =
-        outputs.filter(|(_, output)| output["fitted"] != false).collect();
-    let is_worse = |output: &Value| {
-        let percent = output["quality"]["train"]["fit_percent"].as_f64();
-        percent.is_some_and(|percent| percent < WORSE_THAN_MEAN)
-    };
-    let worse = outputs.iter().filter(|(_, output)| is_worse(output));
-    let worse: Vec<String> = worse.map(|(name, _)| format!("`{name}`")).collect();
-    match worse.as_slice() {
-        [] => {}
-        [one] => return Some(format!("the model follows {one} worse than its mean does")),
-        all => {
-            return Some(format!("the model follows {} worse than their means do", all.join(", ")));
-        }
-    }
-    let excess = |output: &Value| {
-        let excess = &output["over_declared_noise"];
-        Some((excess["times"].as_f64()?, excess["p_value"].as_f64()?))
-    };
-    let judged = outputs.iter().filter_map(|(name, output)| {
-        let (times, p_value) = excess(output)?;
-        let samples = output["quality"]["train"]["samples"].as_f64().unwrap_or(1.0);
-        Some((name, times, p_value, samples))
-    });
-    let judged: Vec<_> = judged.collect();
-    let tests = judged.len() as f64;
-    let is_larger = |times: f64, p_value: f64| times > BAD && p_value * tests < RARE;
-    let larger = judged.iter().filter(|(_, times, p_value, _)| is_larger(*times, *p_value));
-    let larger: Vec<(&str, f64)> =
-        larger.map(|(name, times, ..)| (name.as_str(), *times)).collect();
-    let ((first, times), others) = larger.split_first()?;
-    if larger.len() == outputs.len() {
-        let sum = |of: fn(f64) -> f64| -> f64 {
-            judged.iter().map(|(_, times, _, samples)| samples * of(*times)).sum()
-        };
-        let times = (sum(|times| times * times) / sum(|_| 1.0)).sqrt();
-        return Some(format!("the residuals are {} times the declared noise", short(times, 2)));
-    }
-    let times = short(*times, 2);
-    if others.is_empty() {
-        return Some(format!("the residuals of `{first}` are {times} times the declared noise"));
-    }
-    let others = others.iter();
-    let others =
-        others.map(|(name, times)| format!(", {} times that of `{name}`", short(*times, 2)));
-    let others: String = others.collect();
-    Some(format!("the residuals are {times} times the declared noise of `{first}`{others}"))
+/// The reason why a fit is bad.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum BadFit {
+    /// The means of these outputs are closer to the measurements than the model is.
+    WorseThanMean(Vec<String>),
+    /// The residuals of all outputs are this many times their declared noise, as a root mean square.
+    AboveNoise(f64),
+    /// The residuals of some outputs are this many times their declared noise.
+    SomeAboveNoise(Vec<(String, f64)>),
 }
 
-/// Whether residuals exceed the declared noise by more than chance explains.
-pub(crate) fn exceeds_noise(json: &Value) -> bool {
-    json["left_over"]["exceeds_declared_noise"] == true
+impl BadFit {
+    /// `None` if the fit is not bad.
+    pub(crate) fn find(result: &FitResult) -> Option<Self> {
+        let outputs = || result.outputs.iter().filter(|(_, output)| output.fitted != Some(false));
+        let quality = |output: &OutputEntry| output.quality.as_ref()?.train.clone();
+        let is_worse = |output: &OutputEntry| {
+            let percent = quality(output).and_then(|quality| quality.fit_percent);
+            percent.is_some_and(|percent| percent < WORSE_THAN_MEAN)
+        };
+        let worse = outputs().filter(|(_, output)| is_worse(output));
+        let worse: Vec<String> = worse.map(|(name, _)| name.to_owned()).collect();
+        if !worse.is_empty() {
+            return Some(BadFit::WorseThanMean(worse));
+        }
+        let judged = outputs().filter_map(|(name, output)| {
+            let samples = quality(output).map_or(1, |quality| quality.samples);
+            Some((name, output.over_declared_noise.as_ref()?, samples as f64))
+        });
+        let judged: Vec<_> = judged.collect();
+        let tests = judged.len() as f64;
+        let larger = judged
+            .iter()
+            .filter(|(_, excess, _)| excess.times > BAD && excess.p_value * tests < RARE);
+        let larger: Vec<(String, f64)> =
+            larger.map(|(name, excess, _)| ((*name).to_owned(), excess.times)).collect();
+        if larger.is_empty() {
+            return None;
+        }
+        if larger.len() < outputs().count() {
+            return Some(BadFit::SomeAboveNoise(larger));
+        }
+        let samples: f64 = judged.iter().map(|(.., samples)| samples).sum();
+        let squares: f64 =
+            judged.iter().map(|(_, excess, samples)| samples * excess.times * excess.times).sum();
+        Some(BadFit::AboveNoise((squares / samples).sqrt()))
+    }
+}
+
+impl fmt::Display for BadFit {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BadFit::WorseThanMean(outputs) => match outputs.as_slice() {
+                [one] => write!(formatter, "the model follows `{one}` worse than its mean does"),
+                all => {
+                    let names: Vec<String> = all.iter().map(|name| format!("`{name}`")).collect();
+                    let names = names.join(", ");
+                    write!(formatter, "the model follows {names} worse than their means do")
+                }
+            },
+            BadFit::AboveNoise(times) => {
+                let times = short(*times, 2);
+                write!(formatter, "the residuals are {times} times the declared noise")
+            }
+            BadFit::SomeAboveNoise(outputs) => match outputs.as_slice() {
+                [(name, times)] => {
+                    let times = short(*times, 2);
+                    write!(
+                        formatter,
+                        "the residuals of `{name}` are {times} times the declared noise"
+                    )
+                }
+                all => {
+                    for (k, (name, times)) in all.iter().enumerate() {
+                        let times = short(*times, 2);
+                        if k == 0 {
+                            let noise = "times the declared noise of";
+                            write!(formatter, "the residuals are {times} {noise} `{name}`")?;
+                        } else {
+                            write!(formatter, ", {times} times that of `{name}`")?;
+                        }
+                    }
+                    Ok(())
+                }
+            },
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
+    use serde_json::{Value, json};
 
     use super::*;
+    use crate::result::fit::tests::with;
+
+    fn sentence(outputs: &Value) -> Option<String> {
+        BadFit::find(&with(&json!({ "outputs": outputs }))).map(|reason| reason.to_string())
+    }
+
+    fn output(fitted: bool, percent: f64, excess: Option<(f64, f64)>) -> Value {
+        let quality = json!({
+            "samples": 9, "r_squared": null, "fit_percent": percent, "mse": 1.0, "mse_unit": "m²", "bias": 0.0,
+            "whiteness": null, "inputs": {},
+        });
+        let excess = excess.map(|(times, p_value)| json!({ "times": times, "p_value": p_value }));
+        json!({
+            "unit": "m", "fitted": fitted, "over_declared_noise": excess, "rms_train": 1.0, "rms_valid": null,
+            "quality": { "train": quality, "valid": null },
+        })
+    }
 
     #[test]
-    fn what_is_bad_is_named_and_what_is_not_is_left() {
+    fn a_bad_fit_is_named_with_its_reason() {
         let fit = |percent: f64, times: f64, p_value: f64| {
-            why_bad(&json!({
-                "outputs": {
-                    "y": {
-                        "fitted": true,
-                        "quality": { "train": { "fit_percent": percent } },
-                        "over_declared_noise": { "times": times, "p_value": p_value },
-                    },
-                    "z": { "fitted": false, "quality": { "train": { "fit_percent": -300.0 } } },
-                    "without": { "fitted": true, "over_declared_noise": null },
-                },
+            sentence(&json!({
+                "y": output(true, percent, Some((times, p_value))),
+                "z": output(false, -300.0, None),
+                "without": output(true, 50.0, None),
             }))
         };
         assert_eq!(fit(90.0, 1.2, 1e-9), None);
@@ -98,14 +142,11 @@ mod tests {
         assert_eq!(words, "the residuals of `y` are 5 times the declared noise");
         let words = fit(-1.0, 1.0, 0.5).expect("worse than nothing");
         assert_eq!(words, "the model follows `y` worse than its mean does");
-        assert_eq!(why_bad(&json!({ "outputs": { "y": { "rms_train": 1.0 } } })), None);
-        let over =
-            |times: f64| json!({ "over_declared_noise": { "times": times, "p_value": 0.0 } });
-        let reason = why_bad(&json!({ "outputs": { "a": over(3.0), "b": over(4.0) } }));
+        let above = |times: f64| output(true, 50.0, Some((times, 0.0)));
+        let reason = sentence(&json!({ "a": above(3.0), "b": above(4.0) }));
         // √(25/2).
         assert_eq!(reason.as_deref(), Some("the residuals are 3.5 times the declared noise"));
-        let outputs = json!({ "a": over(3.0), "b": over(17.0), "c": over(1.0) });
-        let both = why_bad(&json!({ "outputs": outputs }));
+        let both = sentence(&json!({ "a": above(3.0), "b": above(17.0), "c": above(1.0) }));
         let words = "the residuals are 3 times the declared noise of `a`, 17 times that of `b`";
         assert_eq!(both.as_deref(), Some(words));
     }

@@ -15,9 +15,9 @@
 use dgd_identify::{Evaluation, Loss, Recording};
 use dgd_runtime::Signature;
 use dgd_screen::distribution::{chi_square_tail, normal_two_sided};
-use serde_json::{Value, json};
 
 use super::standard::Standard;
+use crate::result::fit::ExcessEntry;
 
 /// The median of |z| for a standard normal z.
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
@@ -80,8 +80,8 @@ impl Excess {
     }
 
     /// For programs.
-    pub(crate) fn to_json(self) -> Value {
-        json!({ "times": self.times, "p_value": self.p_value })
+    pub(crate) fn entry(self) -> ExcessEntry {
+        ExcessEntry { times: self.times, p_value: self.p_value }
     }
 }
 

@@ -7,9 +7,10 @@ use std::fmt::Write as _;
 
 use dgd_identify::{Noise, Recording, too_few_for_noise};
 use dgd_runtime::Output;
-use serde_json::{Map, Value, json};
 
 use crate::output::quantity::{short, with_unit};
+use crate::result::ByName;
+use crate::result::fit::FewSamplesEntry;
 
 /// An output with too few samples.
 #[derive(Debug)]
@@ -84,18 +85,12 @@ impl FewSamples {
     }
 
     /// For programs.
-    pub(crate) fn to_json(&self) -> Value {
+    pub(crate) fn entries(&self) -> ByName<FewSamplesEntry> {
         let entry = |few: &Few| {
-            let declared = few.declared.as_ref().map(|(sigma, _)| sigma);
-            let unit = few.declared.as_ref().map(|(_, unit)| unit);
-            let value = json!({
-                "samples": few.samples,
-                "declared_noise": declared,
-                "unit": unit,
-            });
-            (few.output.clone(), value)
+            let (declared_noise, unit) = few.declared.clone().unzip();
+            (few.output.clone(), FewSamplesEntry { samples: few.samples, declared_noise, unit })
         };
-        Value::Object(self.all.iter().map(entry).collect::<Map<_, _>>())
+        self.all.iter().map(entry).collect()
     }
 
     /// A line for each output.

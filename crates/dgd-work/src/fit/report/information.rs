@@ -8,12 +8,15 @@ use dgd_identify::{
 use dgd_runtime::model::Model;
 use dgd_runtime::{Side, Signature, Unit};
 use dgd_screen::{Channel, Motion, OperatingPoint, Record, motion, operating_points, slope_window};
-use serde_json::{Map, Value, json};
 
 use crate::fit::report::intervals::Estimated;
 use crate::fit::report::outcome::Outcome;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
+use crate::result::ByName;
+use crate::result::fit::{
+    BestSample, InformationEntry, OperatingPointEntry, RecordingShare, StdWithMore, ValueEntry,
+};
 
 /// Index of the transient kind, which precedes the operating points.
 const TRANSIENT: usize = 0;
@@ -86,64 +89,57 @@ impl Origins {
         quantities.join(", ")
     }
 
-    /// `information` of `result.json`.
-    pub(crate) fn to_json(&self, outcome: &Outcome<'_>) -> Value {
+    /// The entry of each estimate in the result.
+    pub(crate) fn entries(&self, outcome: &Outcome<'_>) -> ByName<InformationEntry> {
         let entry = |found: &Information| {
-            let outputs: Map<String, Value> = outcome
-                .signature
-                .outputs
-                .iter()
-                .zip(&found.outputs)
-                .zip(&outcome.fit.noise)
-                .filter(|(_, noise)| noise.is_some())
-                .map(|((output, part), _)| (output.name.to_string(), json!(part)))
-                .collect();
-            let recordings: Vec<Value> = outcome
-                .data
-                .iter()
-                .zip(&found.recordings)
-                .map(|(path, part)| json!({ "data": path.display().to_string(), "part": part }))
-                .collect();
-            let best = found.best.map(|(r, output, k)| {
-                json!({
-                    "data": outcome.data[r].display().to_string(),
-                    "output": outcome.signature.outputs[output].name.to_string(),
-                    "time": outcome.recordings[r].times[k],
-                })
+            let outputs = outcome.signature.outputs.iter().zip(&found.outputs);
+            let outputs = outputs.zip(&outcome.fit.noise).filter(|(_, noise)| noise.is_some());
+            let outputs = outputs.map(|((output, part), _)| (output.name.to_string(), Some(*part)));
+            let recordings = outcome.data.iter().zip(&found.recordings).map(|(path, part)| {
+                RecordingShare { data: path.display().to_string(), part: Some(*part) }
             });
-            json!({
-                "outputs": outputs,
-                "recordings": recordings,
-                "steady": steady(&found.kinds),
-                "transient": found.kinds[TRANSIENT],
-                "operating_points": found.kinds[TRANSIENT + 1..],
-                "std_with_as_much_again": {
-                    "all": found.all_again,
-                    "transient": found.again[TRANSIENT],
-                    "operating_points": found.again[TRANSIENT + 1..],
+            let best = found.best.map(|(r, output, k)| BestSample {
+                data: outcome.data[r].display().to_string(),
+                output: outcome.signature.outputs[output].name.to_string(),
+                time: outcome.recordings[r].times[k],
+            });
+            InformationEntry {
+                outputs: outputs.collect(),
+                recordings: recordings.collect(),
+                steady: Some(steady(&found.kinds)),
+                transient: Some(found.kinds[TRANSIENT]),
+                operating_points: found.kinds[TRANSIENT + 1..].iter().copied().map(Some).collect(),
+                std_with_as_much_again: StdWithMore {
+                    all: Some(found.all_again),
+                    transient: found.again[TRANSIENT],
+                    operating_points: found.again[TRANSIENT + 1..].to_vec(),
                 },
-                "best": best,
-            })
+                best,
+            }
         };
-        Value::Object(self.all.iter().map(|f| (outcome.name(f.estimate), entry(f))).collect())
+        self.all.iter().map(|found| (outcome.name(found.estimate), entry(found))).collect()
     }
 
-    /// `operating_points` of `result.json`.
-    pub(crate) fn points_to_json(&self, signature: &Signature) -> Value {
-        let quantity = |name: &str, unit: &Unit, value: f64| {
-            (name.to_owned(), json!({ "value": unit.from_si(value), "unit": unit.symbol }))
-        };
+    /// The operating points in the result.
+    pub(crate) fn point_entries(&self, signature: &Signature) -> Vec<OperatingPointEntry> {
         let entry = |(point, share): (&Point, &f64)| {
             let inputs = signature.inputs.iter().zip(&point.inputs);
-            let inputs: Map<String, Value> =
-                inputs.map(|(input, value)| quantity(&input.name, &input.unit, *value)).collect();
             let outputs = signature.outputs.iter().zip(&point.outputs);
-            let outputs: Map<String, Value> = outputs
-                .map(|(output, value)| quantity(&output.name, &output.unit, *value))
-                .collect();
-            json!({ "share": share, "inputs": inputs, "outputs": outputs })
+            OperatingPointEntry {
+                share: Some(*share),
+                inputs: inputs
+                    .map(|(input, value)| {
+                        (input.name.to_string(), ValueEntry::new(*value, &input.unit))
+                    })
+                    .collect(),
+                outputs: outputs
+                    .map(|(output, value)| {
+                        (output.name.to_string(), ValueEntry::new(*value, &output.unit))
+                    })
+                    .collect(),
+            }
         };
-        Value::Array(self.points.iter().zip(&self.shares[TRANSIENT + 1..]).map(entry).collect())
+        self.points.iter().zip(&self.shares[TRANSIENT + 1..]).map(entry).collect()
     }
 
     /// A line for each parameter.

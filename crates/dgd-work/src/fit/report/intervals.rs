@@ -5,13 +5,12 @@ use std::fmt::Write as _;
 
 use dgd_identify::{
     Bootstrap, End, Estimate, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Term,
-    bootstrap, profiles,
+    Undetermined, bootstrap, profiles,
 };
 use dgd_plot::{Figure, Panel, Series, Style, Text};
 use dgd_runtime::{Direction, Signature, Unit};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
-use serde_json::{Map, Value, json};
 
 use crate::error::WorkError;
 use crate::fit::report::left_out::LeftOut;
@@ -19,6 +18,10 @@ use crate::fit::report::outcome::{digits_of, unit_of};
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 use crate::request::{Estimator, IntervalRequest};
+use crate::result::ByName;
+use crate::result::fit::{
+    BootstrapEntry, BootstrapResult, ProfileEnd, ProfileEndKind, ProfileEntry, UndeterminedTerm,
+};
 
 /// Probability of the intervals.
 const PROBABILITY: f64 = 0.95;
@@ -40,6 +43,19 @@ pub(crate) trait Estimated {
     /// The unit of an estimate.
     fn unit(&self, i: usize) -> &Unit {
         unit_of(self.signature(), &self.estimates()[i])
+    }
+
+    /// Combinations of estimates that no output depends on.
+    fn undetermined(&self, all: &[Undetermined]) -> Vec<Vec<UndeterminedTerm>> {
+        let combination =
+            |one: &Undetermined| one.terms.iter().map(|term| self.change(term)).collect();
+        all.iter().map(combination).collect()
+    }
+
+    /// A term of a combination of estimates, with its name.
+    fn change(&self, term: &Term) -> UndeterminedTerm {
+        let relative_change = Some(term.change);
+        UndeterminedTerm::Change { name: self.name(term.estimate), relative_change }
     }
 }
 
@@ -154,42 +170,38 @@ impl Intervals {
         }
     }
 
-    /// `profiles` and `bootstrap` of `result.json`.
-    pub(crate) fn write_json(&self, outcome: &dyn Estimated, result: &mut Map<String, Value>) {
-        let profiles: Map<String, Value> = self
-            .profiles
-            .iter()
+    /// The profiles in the result.
+    pub(crate) fn profile_entries(&self, outcome: &dyn Estimated) -> ByName<ProfileEntry> {
+        let profiles = self.profiles.iter();
+        profiles
             .map(|profile| (outcome.name(profile.estimate), profile_entry(profile, outcome)))
-            .collect();
-        result.insert("profiles".to_owned(), Value::Object(profiles));
-        let Some(resampled) = &self.bootstrap else { return };
+            .collect()
+    }
+
+    /// The bootstrap in the result.
+    pub(crate) fn bootstrap_entry(&self, outcome: &dyn Estimated) -> Option<BootstrapResult> {
+        let resampled = self.bootstrap.as_ref()?;
         let entry = |i: usize| {
             let unit = outcome.unit(i);
             let interval = resampled.interval(i, PROBABILITY);
-            let mut entry = json!({
-                "unit": unit.symbol,
-                "std": resampled.std(i).map(|std| std / unit.factor),
-                "interval": interval.map(|(low, high)| [unit.from_si(low), unit.from_si(high)]),
-            });
-            // The report that merges shares needs all of them.
-            if self.first.is_some() {
-                let values = resampled.replicates.iter().map(|all| unit.from_si(all[i]));
-                entry["values"] = values.collect();
+            let values = || resampled.replicates.iter().map(|all| Some(unit.from_si(all[i])));
+            BootstrapEntry {
+                unit: unit.symbol.to_string(),
+                std: resampled.std(i).map(|std| std / unit.factor),
+                interval: interval
+                    .map(|(low, high)| [low, high].map(|end| Some(unit.from_si(end)))),
+                // The report that merges shares needs all of them.
+                values: self.first.map(|_| values().collect()),
             }
-            entry
         };
-        let estimates: Map<String, Value> =
-            (0..outcome.estimates().len()).map(|i| (outcome.name(i), entry(i))).collect();
-        result.insert(
-            "bootstrap".to_owned(),
-            json!({
-                "first": self.first.unwrap_or_default(),
-                "replicates": resampled.replicates.len(),
-                "failures": resampled.failures,
-                "block_lengths": resampled.block_lengths,
-                "estimates": estimates,
-            }),
-        );
+        let estimates = 0..outcome.estimates().len();
+        Some(BootstrapResult {
+            first: self.first.unwrap_or_default(),
+            replicates: resampled.replicates.len(),
+            failures: resampled.failures,
+            block_lengths: resampled.block_lengths.iter().copied().map(Some).collect(),
+            estimates: estimates.map(|i| (outcome.name(i), entry(i))).collect(),
+        })
     }
 
     /// A table of the intervals, and the reasons for open ends.
@@ -326,32 +338,32 @@ fn with_others(terms: &[Term], outcome: &dyn Estimated) -> String {
     format!("{} {verb} up for it", names.join(" and "))
 }
 
-fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> Value {
+fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> ProfileEntry {
     let unit: &Unit = outcome.unit(profile.estimate);
-    let end = |end: End| {
-        let kind = match end {
-            End::Interval(_) => "interval",
-            End::Bound(_) => "bound",
-            End::Open(_) => "open",
-            End::Unsimulated(_) => "unsimulated",
-        };
-        json!({ "value": unit.from_si(end.value()), "end": kind })
+    let in_unit = |value: f64| unit.from_si(value);
+    let end = |end: End| ProfileEnd {
+        value: Some(in_unit(end.value())),
+        end: match end {
+            End::Interval(_) => ProfileEndKind::Interval,
+            End::Bound(_) => ProfileEndKind::Bound,
+            End::Open(_) => ProfileEndKind::Open,
+            End::Unsimulated(_) => ProfileEndKind::Unsimulated,
+        },
     };
     let (low, high) = profile.interval();
-    let entry = |term: &Term| json!({ "name": outcome.name(term.estimate), "relative_change": term.change });
-    let followers = |terms: &[Term]| terms.iter().map(entry).collect::<Vec<_>>();
-    json!({
-        "unit": unit.symbol,
-        "interval": [low.map(|low| unit.from_si(low)), high.map(|high| unit.from_si(high))],
-        "lower": end(profile.lower),
-        "upper": end(profile.upper),
-        "with_lower": followers(&profile.with_lower),
-        "with_upper": followers(&profile.with_upper),
-        "values": profile.values.iter().map(|value| unit.from_si(*value)).collect::<Vec<_>>(),
-        "deviance": profile.deviance,
-        "threshold": THRESHOLD,
-        "evaluations": profile.evaluations,
-    })
+    let followers = |terms: &[Term]| terms.iter().map(|term| outcome.change(term)).collect();
+    ProfileEntry {
+        unit: unit.symbol.to_string(),
+        interval: [low, high].map(|end| end.map(in_unit)),
+        lower: end(profile.lower),
+        upper: end(profile.upper),
+        with_lower: followers(&profile.with_lower),
+        with_upper: followers(&profile.with_upper),
+        values: profile.values.iter().map(|value| Some(in_unit(*value))).collect(),
+        deviance: profile.deviance.iter().copied().map(Some).collect(),
+        threshold: THRESHOLD,
+        evaluations: profile.evaluations,
+    }
 }
 
 /// Deviance over the estimate, with the threshold.

@@ -7,6 +7,7 @@ use dgd_data::files::journal::RunJournal;
 use dgd_identify::Termination;
 
 use crate::error::Ended;
+use crate::result::fit::FitStatus;
 
 /// The missing parts, as sentences; empty for a fit that converged.
 #[derive(Debug, Default)]
@@ -55,12 +56,12 @@ impl LeftOut {
         self.words.push(words.into());
     }
 
-    /// The outcome, in a word or two.
-    pub(crate) fn status(&self) -> &'static str {
+    /// The outcome.
+    pub(crate) fn status(&self) -> FitStatus {
         match (&self.unconverged, self.words.is_empty()) {
-            (Some(_), _) => "not converged",
-            (None, true) => "done",
-            (None, false) => "stopped",
+            (Some(_), _) => FitStatus::NotConverged,
+            (None, true) => FitStatus::Done,
+            (None, false) => FitStatus::Stopped,
         }
     }
 

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use dgd_identify::{EstimateError, Fit, Noise, OutputErrorProblem, Part, Spread};
 use dgd_runtime::{Signature, Unit};
 use dgd_screen::distribution::chi_square_tail;
-use serde_json::{Map, Value, json};
 
 use super::quality::{Quality, RARE};
 use crate::output::quantity::short;
+use crate::result::fit::{ModelErrorEntry, RecordingPart};
 
 /// The spread of estimates over parts of the recordings, if the residuals show a model error.
 #[derive(Debug, Default)]
@@ -52,9 +52,9 @@ impl LeftOver {
         self.spread.as_ref()?.std[estimate]
     }
 
-    /// The same in its unit, for programs.
-    pub(crate) fn entry(&self, estimate: usize, unit: &Unit) -> Value {
-        json!(self.std(estimate).map(|std| std / unit.factor.abs()))
+    /// The same in its unit.
+    pub(crate) fn std_in(&self, estimate: usize, unit: &Unit) -> Option<f64> {
+        self.std(estimate).map(|std| std / unit.factor.abs())
     }
 
     /// Whether any estimate has a spread.
@@ -62,24 +62,26 @@ impl LeftOver {
         self.spread.as_ref().is_some_and(|spread| spread.std.iter().any(Option::is_some))
     }
 
-    /// `left_over` of `result.json`; null without model error.
-    pub(crate) fn to_json(&self, data: &[PathBuf], name: impl Fn(usize) -> String) -> Value {
+    /// `None` without model error.
+    pub(crate) fn entry(
+        &self,
+        data: &[PathBuf],
+        name: impl Fn(usize) -> String,
+    ) -> Option<ModelErrorEntry> {
         if self.coloured.is_empty() && !self.is_larger {
-            return Value::Null;
+            return None;
         }
         let parts = self.spread.iter().flat_map(|spread| &spread.parts);
         let part = |part: &Part| {
             let [first, last] = part.recordings.map(|r| data[r].display().to_string());
             let recordings = if first == last { vec![first] } else { vec![first, last] };
-            json!({ "recordings": recordings, "from": part.from, "until": part.until })
+            RecordingPart { recordings, from: Some(part.from), until: Some(part.until) }
         };
-        let rests_on: Map<String, Value> =
-            self.rests_on().map(|(estimate, part)| (name(estimate), json!(part))).collect();
-        json!({
-            "autocorrelated": self.coloured,
-            "exceeds_declared_noise": self.is_larger,
-            "parts": parts.map(part).collect::<Vec<_>>(),
-            "rests_on_part": rests_on,
+        Some(ModelErrorEntry {
+            autocorrelated: self.coloured.clone(),
+            exceeds_declared_noise: self.is_larger,
+            parts: parts.map(part).collect(),
+            rests_on_part: self.rests_on().map(|(estimate, part)| (name(estimate), part)).collect(),
         })
     }
 

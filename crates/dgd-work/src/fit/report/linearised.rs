@@ -6,7 +6,6 @@ use std::path::Path;
 use dgd_identify::{Departure, Evaluation, Nonlinear, Recording};
 use dgd_runtime::Signature;
 use dgd_runtime::linearize::OperatingPoint;
-use serde_json::{Map, Value, json};
 
 use crate::fit::report::outcome::{Outcome, rms_of};
 use crate::fit::report::quality::Quality;
@@ -14,6 +13,10 @@ use crate::fit::report::standard::Standard;
 use crate::linearize::modes;
 use crate::output::table::{push_table, significant};
 use crate::request::LinearizeAt;
+use crate::result::ByName;
+use crate::result::fit::{
+    LinearisedAt, LinearisedPoint, LinearisedResult, NonlinearCheck, NonlinearOutput, ValueEntry,
+};
 
 /// Digits of the values at a point.
 const DIGITS: usize = 6;
@@ -56,51 +59,51 @@ impl Linearised {
         Self { place, points, model }
     }
 
-    /// `linearised` of `result.json`.
-    pub(crate) fn to_json(&self, outcome: &Outcome<'_>) -> Value {
+    /// The section of the result.
+    pub(crate) fn entry(&self, outcome: &Outcome<'_>) -> LinearisedResult {
         let signature = outcome.signature;
+        let entries = |all: Vec<Quantity>| -> ByName<ValueEntry> {
+            let entry =
+                |Quantity { name, value, unit }| (name, ValueEntry { value: Some(value), unit });
+            all.into_iter().map(entry).collect()
+        };
         let point = |(path, point): (&std::path::PathBuf, &Option<OperatingPoint>)| {
-            let Some(point) = point else { return Value::Null };
-            let entry = |quantity: Quantity| {
-                (quantity.name, json!({ "value": quantity.value, "unit": quantity.unit }))
-            };
-            let entries =
-                |all: Vec<Quantity>| -> Map<String, Value> { all.into_iter().map(entry).collect() };
-            let modes: Map<String, Value> = modes(signature, point)
-                .map(|(name, mode)| (name.to_owned(), json!(mode)))
-                .collect();
-            json!({
-                "data": path.display().to_string(),
-                "t": point.t,
-                "inputs": entries(inputs(signature, point)),
-                "unknowns": entries(unknowns(signature, point)),
-                "modes": modes,
+            let point = point.as_ref()?;
+            let modes = modes(signature, point);
+            Some(LinearisedPoint {
+                data: path.display().to_string(),
+                t: point.t,
+                inputs: entries(inputs(signature, point)),
+                unknowns: entries(unknowns(signature, point)),
+                modes: modes.map(|(name, mode)| (name.to_owned(), mode.to_owned())).collect(),
             })
         };
-        let points: Vec<Value> = outcome.data.iter().zip(&self.points).map(point).collect();
         let model = match &self.model {
             Ok(model) => {
                 let output = |(i, output): (usize, &dgd_runtime::Output)| {
-                    let difference = model.differences[i].map(|value| value / output.unit.factor);
-                    let entry = json!({
-                        "unit": output.unit.symbol,
-                        "rms": rms_of(&model.evaluation, i, &output.unit),
-                        "difference": difference,
-                        "quality": model.quality.to_json(i, signature),
-                    });
+                    let entry = NonlinearOutput {
+                        unit: output.unit.symbol.to_string(),
+                        rms: rms_of(&model.evaluation, i, &output.unit),
+                        difference: model.differences[i].map(|value| value / output.unit.factor),
+                        quality: model.quality.entry(i, signature),
+                    };
                     (output.name.to_string(), entry)
                 };
-                let outputs: Map<String, Value> =
-                    signature.outputs.iter().enumerate().map(output).collect();
-                json!({ "outputs": outputs })
+                let outputs = signature.outputs.iter().enumerate().map(output).collect();
+                NonlinearCheck::Simulated { outputs }
             }
-            Err(reason) => json!({ "not_simulated": reason }),
+            Err(reason) => NonlinearCheck::NotSimulated { not_simulated: reason.clone() },
         };
-        let point = match self.place {
-            LinearizeAt::Time(t) => json!(t),
-            LinearizeAt::Steady | LinearizeAt::Mean => json!(self.place.to_string()),
-        };
-        json!({ "at": point, "points": points, "model": model })
+        LinearisedResult {
+            at: match self.place {
+                LinearizeAt::Time(t) => LinearisedAt::Time(t),
+                LinearizeAt::Steady | LinearizeAt::Mean => {
+                    LinearisedAt::Name(self.place.to_string())
+                }
+            },
+            points: outcome.data.iter().zip(&self.points).map(point).collect(),
+            model,
+        }
     }
 
     /// Operating points, the comparison with the nonlinear model, and the conclusion.

@@ -1,15 +1,13 @@
-//! The result of an output-error fit, as text and JSON.
+//! The result of an output-error fit, for programs and as text.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
 use dgd_identify::{
-    Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Termination,
-    Undetermined,
+    Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Termination, Undetermined,
 };
 use dgd_runtime::{Direction, Output, PerSampleChoice, Signature, Unit};
-use serde_json::{Map, Value, json};
 
 use crate::fit::multi_start::Minima;
 use crate::fit::report::excess::Excess;
@@ -21,8 +19,14 @@ use crate::fit::report::left_over::LeftOver;
 use crate::fit::report::linearised::Linearised;
 use crate::fit::report::quality::Quality;
 use crate::fit::report::runaway;
+use crate::output::provenance::Provenance;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
+use crate::result::ByName;
+use crate::result::fit::{
+    BoundEntry, EstimateEntry, FitResult, NoiseEntry, OutputEntry, QualityPair, RecordingValues,
+    SimulationDetails, SteppingEntry, ValueEntry,
+};
 
 /// Stronger correlations are pointed out.
 pub(crate) const CORRELATED: f64 = 0.95;
@@ -71,9 +75,9 @@ pub(crate) struct Tested {
 
 impl Tested {
     /// The time from which readings of each recording count, s; null if all count.
-    pub(crate) fn counts_from(&self) -> Value {
+    pub(crate) fn counts_from(&self) -> Vec<Option<f64>> {
         let from = self.recordings.iter().map(|recording| recording.counts_from);
-        json!(from.map(|from| from.is_finite().then_some(from)).collect::<Vec<_>>())
+        from.map(|from| from.is_finite().then_some(from)).collect()
     }
 }
 
@@ -99,118 +103,103 @@ pub(crate) fn ended(termination: Termination) -> &'static str {
 }
 
 impl Outcome<'_> {
-    /// `result.json`.
-    pub(crate) fn to_json(&self) -> Value {
+    /// For programs.
+    pub(crate) fn result(&self, provenance: Provenance) -> FitResult {
         let fit = self.fit;
         let parameters = || self.parameters();
-        let starts: Vec<Value> = self
-            .data
-            .iter()
-            .enumerate()
-            .map(|(r, path)| {
-                let starts = fit.estimates.iter().enumerate();
-                let starts = starts.filter(|(_, estimate)| estimate.recording == Some(r));
-                let values = self.entries(starts.map(|(i, _)| i));
-                json!({ "data": path.display().to_string(), "values": values })
-            })
-            .collect();
-        let mut outputs = Map::new();
-        for (i, output) in self.outputs() {
-            let errors = self.errors(i);
-            outputs.insert(
-                output.name.to_string(),
-                json!({
-                    "unit": output.unit.symbol,
-                    "fitted": fit.noise[i].is_some(),
-                    "noise": errors.noise,
-                    "over_declared_noise": self.excess[i].map(Excess::to_json),
-                    "light_samples": fit.light_samples[i],
-                    "rms_train": errors.train,
-                    "rms_valid": errors.valid,
-                    "quality": {
-                        "train": self.quality.to_json(i, self.signature),
-                        "valid": self
-                            .quality_valid
-                            .as_ref()
-                            .map(|quality| quality.to_json(i, self.signature)),
-                    },
-                }),
-            );
-        }
-        let undetermined: Vec<Value> = fit
-            .undetermined
-            .iter()
-            .map(|combination| {
-                let terms = combination.terms.iter().map(|term| {
-                    json!({ "name": self.name(term.estimate), "relative_change": term.change })
-                });
-                Value::Array(terms.collect())
-            })
-            .collect();
-        let criterion = |value: f64| value - self.logarithms_of_units();
-        let mut result = json!({
-            "model": self.signature.name,
-            "variants": variant_entries(self.variants),
-            "parameters": self.entries(parameters()),
-            "fixed": fixed_entries(self.signature, &fit.p, &fit.estimates),
-            "outputs": outputs,
-            "starts": starts,
-            "starts_valid": self.starts_valid(),
-            "counts_from": self.valid.as_ref().map(Tested::counts_from),
-            "names": parameters().map(|i| &fit.estimates[i].name).collect::<Vec<_>>(),
-            "covariance": self.matrix(|i, j| {
+        let names = parameters().map(|i| fit.estimates[i].name.clone());
+        let starts = self.data.iter().enumerate().map(|(r, path)| {
+            let starts = fit.estimates.iter().enumerate();
+            let starts = starts.filter(|(_, estimate)| estimate.recording == Some(r));
+            let values = self.entries(starts.map(|(i, _)| i));
+            RecordingValues { data: path.display().to_string(), values }
+        });
+        let information = self.information.as_ref();
+        FitResult {
+            model: self.signature.name.to_string(),
+            estimator: self.linearised.as_ref().map(|_| "linearised".to_owned()),
+            variants: Some(variant_entries(self.variants)),
+            parameters: self.entries(parameters()),
+            fixed: Some(fixed_entries(self.signature, &fit.p, &fit.estimates)),
+            outputs: self.outputs().map(|(i, output)| self.output_entry(i, output)).collect(),
+            starts: Some(starts.collect()),
+            starts_valid: Some(self.starts_valid()),
+            counts_from: self.valid.as_ref().map(Tested::counts_from),
+            rows: None,
+            process_noise_in_a_minute: None,
+            names: Some(names.collect()),
+            covariance: Some(self.matrix(|i, j| {
                 let factor = |i: usize| self.unit(i).factor;
                 Some(fit.covariance(i, j)? / factor(i) / factor(j))
-            }),
-            "correlation": self.matrix(|i, j| fit.correlation(i, j)),
-            "undetermined": undetermined,
-            "left_over": self.left_over.to_json(self.data, |i| self.name(i)),
-            "few_samples": self.few.to_json(),
-            "reservations": self.reservations,
-            "samples": fit.samples,
-            "samples_without_sensitivity": fit.samples_without_sensitivity,
-            "degrees_of_freedom": fit.degrees_of_freedom,
-            "loss": fit.loss.name(),
-            "cost": fit.cost,
-            "reduced_chi_square": fit.reduced_chi_square(),
-            "deviance": criterion(fit.deviance),
-            "aic": fit.criteria.map(|criteria| criterion(criteria.aic)),
-            "aicc": fit.criteria.and_then(|criteria| criteria.aicc).map(criterion),
-            "bic": fit.criteria.map(|criteria| criterion(criteria.bic)),
-            "iterations": fit.iterations,
-            "evaluations": fit.evaluations,
-            "failures": fit.failures,
-            "termination": fit.termination.name(),
-            "rtol": fit.options.rtol,
-            "converged": fit.termination.is_converged(),
-            "status": self.left_out.status(),
-            "left_out": self.left_out.all(),
-            "steps": match fit.stepping {
-                Stepping::Adaptive => json!("adaptive"),
-                Stepping::Exact => json!("exact"),
+            })),
+            correlation: Some(self.matrix(|i, j| fit.correlation(i, j))),
+            undetermined: self.undetermined(&fit.undetermined),
+            regression: None,
+            few_samples: self.few.entries(),
+            reservations: Some(self.reservations.clone()),
+            samples: fit.samples,
+            simulation: Some(self.details()),
+            cost: Some(fit.cost),
+            deviance: Some(fit.deviance - self.logarithms_of_units()),
+            iterations: fit.iterations,
+            evaluations: fit.evaluations,
+            termination: Some(fit.termination.name().to_owned()),
+            converged: fit.termination.is_converged(),
+            status: self.left_out.status(),
+            left_out: self.left_out.all().to_vec(),
+            profiles: self.intervals.profile_entries(self),
+            bootstrap: self.intervals.bootstrap_entry(self),
+            multi_start: self.minima.as_ref().map(|minima| minima.entry(self)),
+            linearised: self.linearised.as_ref().map(|linearised| linearised.entry(self)),
+            information: information.map(|information| information.entries(self)),
+            operating_points: information
+                .map(|information| information.point_entries(self.signature)),
+            provenance,
+        }
+    }
+
+    fn details(&self) -> SimulationDetails {
+        let fit = self.fit;
+        let criterion = |value: f64| value - self.logarithms_of_units();
+        SimulationDetails {
+            left_over: self.left_over.entry(self.data, |i| self.name(i)),
+            samples_without_sensitivity: fit.samples_without_sensitivity,
+            degrees_of_freedom: fit.degrees_of_freedom,
+            loss: fit.loss.name().to_owned(),
+            reduced_chi_square: fit.reduced_chi_square(),
+            aic: fit.criteria.map(|criteria| criterion(criteria.aic)),
+            aicc: fit.criteria.and_then(|criteria| criteria.aicc).map(criterion),
+            bic: fit.criteria.map(|criteria| criterion(criteria.bic)),
+            failures: fit.failures,
+            rtol: fit.options.rtol,
+            steps: match fit.stepping {
+                Stepping::Adaptive => SteppingEntry::Name("adaptive".to_owned()),
+                Stepping::Exact => SteppingEntry::Name("exact".to_owned()),
                 Stepping::PerSample(PerSampleChoice { method, steps }) => {
-                    json!({ "per_sample": steps, "method": method.name })
+                    let method = method.name.to_string();
+                    SteppingEntry::PerSample { per_sample: steps.get() as usize, method }
                 }
             },
-        });
-        if let Some(result) = result.as_object_mut() {
-            self.intervals.write_json(self, result);
-            if let Some(minima) = &self.minima {
-                result.insert("multi_start".to_owned(), minima.to_json(self));
-            }
-            if let Some(linearised) = &self.linearised {
-                result.insert("estimator".to_owned(), json!("linearised"));
-                result.insert("linearised".to_owned(), linearised.to_json(self));
-            }
-            if let Some(information) = &self.information {
-                result.insert("information".to_owned(), information.to_json(self));
-                result.insert(
-                    "operating_points".to_owned(),
-                    information.points_to_json(self.signature),
-                );
-            }
         }
-        result
+    }
+
+    fn output_entry(&self, i: usize, output: &Output) -> (String, OutputEntry) {
+        let errors = self.errors(i);
+        let valid = self.quality_valid.as_ref();
+        let entry = OutputEntry {
+            unit: output.unit.symbol.to_string(),
+            fitted: Some(self.fit.noise[i].is_some()),
+            noise: errors.noise.map(NoiseEntry::Std),
+            over_declared_noise: self.excess[i].map(Excess::entry),
+            light_samples: Some(self.fit.light_samples[i]),
+            rms_train: errors.train,
+            rms_valid: errors.valid,
+            quality: Some(QualityPair {
+                train: self.quality.entry(i, self.signature),
+                valid: valid.and_then(|quality| quality.entry(i, self.signature)),
+            }),
+        };
+        (output.name.to_string(), entry)
     }
 
     /// The change of −2 ln L when densities are in SI instead of the units of the outputs.
@@ -231,33 +220,32 @@ impl Outcome<'_> {
     }
 
     /// Entries of estimates by their indices.
-    fn entries(&self, estimates: impl Iterator<Item = usize>) -> Value {
+    fn entries(&self, estimates: impl Iterator<Item = usize>) -> ByName<EstimateEntry> {
         let entry_of = |i: usize| {
-            let (name, mut entry) = entry(self.signature, &self.fit.estimates[i]);
-            entry["std_model"] = self.left_over.entry(i, self.unit(i));
-            (name, entry)
+            let (name, entry) = entry(self.signature, &self.fit.estimates[i]);
+            let std_model = self.left_over.std_in(i, self.unit(i));
+            (name, EstimateEntry { std_model, ..entry })
         };
-        Value::Object(estimates.map(entry_of).collect())
+        estimates.map(entry_of).collect()
     }
 
-    fn starts_valid(&self) -> Value {
-        let Some(tested) = &self.valid else { return json!([]) };
+    fn starts_valid(&self) -> Vec<RecordingValues<ValueEntry>> {
+        let Some(tested) = &self.valid else { return Vec::new() };
         let starts_of = |(path, starts): (&PathBuf, &Starts)| {
             let entry = |(i, value): &(usize, f64)| {
                 let unknown = self.signature.unknowns.at(*i);
-                let value = unknown.unit.from_si(*value);
-                (unknown.name.to_string(), json!({ "value": value, "unit": unknown.unit.symbol }))
+                (unknown.name.to_string(), ValueEntry::new(*value, &unknown.unit))
             };
-            let values: Map<String, Value> = starts.iter().map(entry).collect();
-            json!({ "data": path.display().to_string(), "values": values })
+            let values = starts.iter().map(entry).collect();
+            RecordingValues { data: path.display().to_string(), values }
         };
-        Value::Array(tested.paths.iter().zip(&tested.starts).map(starts_of).collect())
+        tested.paths.iter().zip(&tested.starts).map(starts_of).collect()
     }
 
-    /// A matrix over the estimated parameters; null for undetermined entries.
-    fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Value {
-        let row = |i: usize| self.parameters().map(|j| entry(i, j)).collect::<Vec<_>>();
-        json!(self.parameters().map(row).collect::<Vec<_>>())
+    /// A matrix over the estimated parameters; `None` for undetermined entries.
+    fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Vec<Vec<Option<f64>>> {
+        let row = |i: usize| self.parameters().map(|j| entry(i, j)).collect();
+        self.parameters().map(row).collect()
     }
 
     /// Outputs that can be measured, with their indices.
@@ -289,7 +277,7 @@ impl Outcome<'_> {
             let value = unit.from_si(estimate.value);
             let std = estimate.std.map(|std| std / unit.factor);
             let remark = match estimate.at_bound {
-                Some(bound) => format!("at its {} bound", bound_name(bound)),
+                Some(bound) => format!("at its {} bound", BoundEntry::from(bound).name()),
                 None if self.runaway(i).is_some() => "ran away".to_owned(),
                 None if std.is_none() && !self.few.hide_stds() => "not determined".to_owned(),
                 None => String::new(),
@@ -418,28 +406,22 @@ impl Outcome<'_> {
     }
 }
 
-/// An estimate's name and its entry in `result.json`.
-pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Value) {
+/// An estimate's name and its entry in the result.
+pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, EstimateEntry) {
     let unit = unit_of(signature, estimate);
     let name = match estimate.of {
         Direction::Parameter(_) => estimate.name.clone(),
         Direction::Start(i) => signature.unknowns.name(i).to_string(),
     };
-    let entry = json!({
-        "value": unit.from_si(estimate.value),
-        "unit": unit.symbol,
-        "std": estimate.std.map(|std| std / unit.factor),
-        "at_bound": estimate.at_bound.map(bound_name),
-    });
+    let entry = EstimateEntry {
+        value: Some(unit.from_si(estimate.value)),
+        unit: unit.symbol.to_string(),
+        std: estimate.std.map(|std| std / unit.factor),
+        at_bound: estimate.at_bound.map(BoundEntry::from),
+        std_model: None,
+        regression: None,
+    };
     (name, entry)
-}
-
-/// A bound for programs and in sentences.
-pub(crate) fn bound_name(bound: Bound) -> &'static str {
-    match bound {
-        Bound::Lower => "lower",
-        Bound::Upper => "upper",
-    }
 }
 
 impl Estimated for Outcome<'_> {
@@ -476,21 +458,19 @@ pub(crate) fn fixed_entries(
     signature: &Signature,
     p: &[f64],
     estimates: &[Estimate],
-) -> Map<String, Value> {
+) -> ByName<ValueEntry> {
     let is_fixed = |i: usize| !estimates.iter().any(|e| e.of == Direction::Parameter(i));
     let fixed = signature.parameters.iter().enumerate().filter(|(i, _)| is_fixed(*i));
     let entry = |(i, parameter): (usize, &dgd_runtime::Parameter)| {
-        let unit = &parameter.unit;
-        let entry = json!({ "value": unit.from_si(p[i]), "unit": unit.symbol });
-        (parameter.name.to_string(), entry)
+        (parameter.name.to_string(), ValueEntry::new(p[i], &parameter.unit))
     };
     fixed.map(entry).collect()
 }
 
 /// The choice of each variant.
-pub(crate) fn variant_entries(variants: &[Variant]) -> Map<String, Value> {
+pub(crate) fn variant_entries(variants: &[Variant]) -> ByName<Option<String>> {
     let entry =
-        |variant: &Variant| (variant.name.clone(), json!(variant.choices.get(variant.chosen)));
+        |variant: &Variant| (variant.name.clone(), variant.choices.get(variant.chosen).cloned());
     variants.iter().map(entry).collect()
 }
 

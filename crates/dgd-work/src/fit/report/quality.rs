@@ -13,10 +13,10 @@ use std::fmt::Write as _;
 use dgd_identify::{Evaluation, Recording};
 use dgd_runtime::{Side, Signature, Unit};
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
-use serde_json::{Map, Value, json};
 
 use super::standard::Standard;
 use crate::output::quantity::short;
+use crate::result::fit::{InputTestEntry, QualityEntry, WhitenessEntry};
 
 /// Tested lags, in samples.
 const LAGS: usize = 25;
@@ -68,32 +68,29 @@ impl Quality {
         self.outputs[output].as_ref()?.fit_percent()
     }
 
-    /// The entry of an output in `result.json`; null if it was not measured.
-    pub(crate) fn to_json(&self, output: usize, signature: &Signature) -> Value {
-        let Some(quality) = &self.outputs[output] else { return Value::Null };
-        let inputs: Map<String, Value> = signature
-            .inputs
-            .iter()
-            .zip(&quality.inputs)
-            .filter_map(|(input, test)| {
-                Some((input.name.to_string(), entry(test.as_ref()?, quality)))
-            })
-            .collect();
-        json!({
-            "samples": quality.samples,
-            "r_squared": quality.unexplained.map(|unexplained| 1.0 - unexplained),
-            "fit_percent": quality.fit_percent(),
-            "mse": quality.mse,
-            "mse_unit": squared(&signature.outputs[output].unit),
-            "bias": quality.bias,
-            "whiteness": quality.whiteness.as_ref().map(|test| json!({
-                "lags": test.autocorrelation.len(),
-                "statistic": test.statistic,
-                "p_value": test.p_value,
-                "autocorrelation": test.autocorrelation,
-                "limit": test.limit,
-            })),
-            "inputs": inputs,
+    /// The entry of an output in the result; `None` if it was not measured.
+    pub(crate) fn entry(&self, output: usize, signature: &Signature) -> Option<QualityEntry> {
+        let quality = self.outputs[output].as_ref()?;
+        let inputs = signature.inputs.iter().zip(&quality.inputs);
+        let inputs = inputs.filter_map(|(input, test)| {
+            Some((input.name.to_string(), input_entry(test.as_ref()?, quality)))
+        });
+        let whiteness = quality.whiteness.as_ref().map(|test| WhitenessEntry {
+            lags: test.autocorrelation.len(),
+            statistic: Some(test.statistic),
+            p_value: Some(test.p_value),
+            autocorrelation: test.autocorrelation.iter().copied().map(Some).collect(),
+            limit: Some(test.limit),
+        });
+        Some(QualityEntry {
+            samples: quality.samples,
+            r_squared: quality.unexplained.map(|unexplained| 1.0 - unexplained),
+            fit_percent: quality.fit_percent(),
+            mse: Some(quality.mse),
+            mse_unit: squared(&signature.outputs[output].unit),
+            bias: Some(quality.bias),
+            whiteness,
+            inputs: inputs.collect(),
         })
     }
 
@@ -152,14 +149,14 @@ impl OutputQuality {
     }
 }
 
-fn entry(test: &CrossCorrelation, quality: &OutputQuality) -> Value {
-    json!({
-        "lag": test.lag as f64 * quality.spacing,
-        "largest": test.correlation[test.lag],
-        "limit": test.limit,
-        "p_value": test.p_value,
-        "correlation": test.correlation,
-    })
+fn input_entry(test: &CrossCorrelation, quality: &OutputQuality) -> InputTestEntry {
+    InputTestEntry {
+        lag: Some(test.lag as f64 * quality.spacing),
+        largest: Some(test.correlation[test.lag]),
+        limit: Some(test.limit),
+        p_value: Some(test.p_value),
+        correlation: test.correlation.iter().copied().map(Some).collect(),
+    }
 }
 
 /// Values of all inputs at the sample times of a recording.

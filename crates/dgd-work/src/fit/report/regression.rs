@@ -1,4 +1,4 @@
-//! The result of a regression, as text and JSON.
+//! The result of a regression, for programs and as text.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -8,7 +8,6 @@ use dgd_identify::regression::{Followed, RegressionFit, RowOf, RowQuality, RowTr
 use dgd_identify::{Bound, Estimate};
 use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::Signature;
-use serde_json::{Map, Value, json};
 
 use crate::fit::report::few_samples::FewSamples;
 use crate::fit::report::intervals::{Estimated, Intervals};
@@ -18,9 +17,14 @@ use crate::fit::report::outcome::{
     rms_of, variant_entries,
 };
 use crate::output::figure::{Line, Subject, beside, differences as differences_panel};
+use crate::output::provenance::Provenance;
 use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 use crate::request::Estimator;
+use crate::result::fit::{
+    EstimateEntry, FitResult, OutputEntry, RecursiveResult, RegressionDetails, RegressionEstimate,
+    RegressionRow, SamplesLeftOut,
+};
 use crate::run::recording;
 
 /// A regression and the model's quality with its estimates.
@@ -56,84 +60,84 @@ impl Estimated for RegressionOutcome<'_> {
 }
 
 impl RegressionOutcome<'_> {
-    /// `result.json`.
-    pub(crate) fn to_json(&self) -> Value {
+    /// For programs.
+    pub(crate) fn result(&self, provenance: Provenance) -> FitResult {
         let Self { signature, fit, .. } = self;
-        let mut parameters = Map::new();
-        for (j, estimate) in fit.estimates.iter().enumerate() {
-            let (name, mut value) = entry(signature, estimate);
-            value["linear"] = json!(fit.linear[j]);
-            value["unbounded"] = json!(self.unbounded(j));
-            parameters.insert(name, value);
-        }
-        let mut outputs = Map::new();
-        for (i, output) in signature.outputs.iter().enumerate() {
-            outputs.insert(
-                output.name.to_string(),
-                json!({
-                    "unit": output.unit.symbol,
-                    "fitted": fit.rows.iter().any(|row| row.of == RowOf::Output(i)),
-                    "rms_train": self.rms(self.train.as_ref(), i),
-                    "rms_valid": self.rms(self.valid.as_ref(), i),
-                }),
-            );
-        }
-        let rows: Vec<Value> = fit.rows.iter().map(|row| self.row_entry(row)).collect();
-        let undetermined: Vec<Value> = fit
-            .undetermined
-            .iter()
-            .map(|combination| {
-                let terms = combination.terms.iter().map(|term| {
-                    let name = &fit.estimates[term.estimate].name;
-                    json!({ "name": name, "relative_change": term.change })
-                });
-                Value::Array(terms.collect())
-            })
-            .collect();
-        let factor = |j: usize| match fit.estimates[j].of {
-            dgd_runtime::Direction::Parameter(i) => signature.parameters[i].unit.factor,
-            dgd_runtime::Direction::Start(i) => signature.unknowns.unit(i).factor,
+        let parameter = |(j, estimate): (usize, &Estimate)| {
+            let (name, entry) = entry(signature, estimate);
+            let regression =
+                Some(RegressionEstimate { linear: fit.linear[j], unbounded: self.unbounded(j) });
+            (name, EstimateEntry { regression, ..entry })
         };
-        let mut result = json!({
-            "model": signature.name,
-            "estimator": self.estimator_name(),
-            "variants": variant_entries(self.variants),
-            "parameters": parameters,
-            "fixed": fixed_entries(signature, &fit.p, &fit.estimates),
-            "outputs": outputs,
-            "counts_from": self.valid.as_ref().and_then(|v| Some(v.as_ref().ok()?.counts_from())),
-            "rows": rows,
-            "names": fit.estimates.iter().map(|estimate| &estimate.name).collect::<Vec<_>>(),
-            "covariance":
-                self.matrix(|i, j| Some(fit.covariance(i, j)? / factor(i) / factor(j))),
-            "correlation": self.matrix(|i, j| fit.correlation(i, j)),
-            "rank": fit.rank,
-            "condition_number": fit.condition_number.is_finite().then_some(fit.condition_number),
-            "undetermined": undetermined,
-            "few_samples": self.few.to_json(),
-            "samples": fit.samples,
-            "samples_left_out": {
-                "before_record": fit.left_out.before_record,
-                "without_mode": fit.left_out.without_mode,
-            },
-            "cost": fit.cost,
-            "iterations": fit.iterations,
-            "evaluations": fit.evaluations,
-            "converged": fit.is_converged,
-            "status": self.left_out.status(),
-            "left_out": self.left_out.all(),
-            "recursive": self.followed.map(|followed| json!({
-                "samples": followed.times.len(),
-                "frozen_seconds": followed.frozen,
-                "p": self.matrix(|i, j| {
-                    Some(followed.covariance[(i, j)] / factor(i) / factor(j))
-                }),
-            })),
-        });
-        if let Value::Object(result) = &mut result {
-            self.intervals.write_json(self, result);
+        let output = |(i, output): (usize, &dgd_runtime::Output)| {
+            let entry = OutputEntry {
+                unit: output.unit.symbol.to_string(),
+                fitted: Some(fit.rows.iter().any(|row| row.of == RowOf::Output(i))),
+                noise: None,
+                over_declared_noise: None,
+                light_samples: None,
+                rms_train: self.rms(self.train.as_ref(), i),
+                rms_valid: self.rms(self.valid.as_ref(), i),
+                quality: None,
+            };
+            (output.name.to_string(), entry)
+        };
+        let factor = |j: usize| self.unit(j).factor;
+        let covariance = |i, j| Some(fit.covariance(i, j)? / factor(i) / factor(j));
+        let valid = self.valid.as_ref().and_then(|valid| valid.as_ref().ok());
+        FitResult {
+            model: signature.name.to_string(),
+            estimator: Some(self.estimator.name().to_owned()),
+            variants: Some(variant_entries(self.variants)),
+            parameters: fit.estimates.iter().enumerate().map(parameter).collect(),
+            fixed: Some(fixed_entries(signature, &fit.p, &fit.estimates)),
+            outputs: signature.outputs.iter().enumerate().map(output).collect(),
+            starts: None,
+            starts_valid: None,
+            counts_from: valid.map(Tested::counts_from),
+            rows: Some(fit.rows.iter().map(|row| self.row_entry(row)).collect()),
+            process_noise_in_a_minute: None,
+            names: Some(fit.estimates.iter().map(|estimate| estimate.name.clone()).collect()),
+            covariance: Some(self.matrix(covariance)),
+            correlation: Some(self.matrix(|i, j| fit.correlation(i, j))),
+            undetermined: self.undetermined(&fit.undetermined),
+            regression: Some(self.details()),
+            few_samples: self.few.entries(),
+            reservations: None,
+            samples: fit.samples,
+            simulation: None,
+            cost: Some(fit.cost),
+            deviance: None,
+            iterations: fit.iterations,
+            evaluations: fit.evaluations,
+            termination: None,
+            converged: fit.is_converged,
+            status: self.left_out.status(),
+            left_out: self.left_out.all().to_vec(),
+            profiles: self.intervals.profile_entries(self),
+            bootstrap: self.intervals.bootstrap_entry(self),
+            multi_start: None,
+            linearised: None,
+            information: None,
+            operating_points: None,
+            provenance,
         }
-        result
+    }
+
+    fn details(&self) -> RegressionDetails {
+        let fit = self.fit;
+        let factor = |j: usize| self.unit(j).factor;
+        let RowsLeftOut { before_record, without_mode } = fit.left_out;
+        RegressionDetails {
+            rank: fit.rank,
+            condition_number: Some(fit.condition_number).filter(|number| number.is_finite()),
+            samples_left_out: SamplesLeftOut { before_record, without_mode },
+            recursive: self.followed.map(|followed| RecursiveResult {
+                samples: followed.times.len(),
+                frozen_seconds: followed.frozen,
+                p: self.matrix(|i, j| Some(followed.covariance[(i, j)] / factor(i) / factor(j))),
+            }),
+        }
     }
 
     /// The recursive estimates, sample by sample, with a column for the recording if there are several.
@@ -162,10 +166,6 @@ impl RegressionOutcome<'_> {
         Some(text)
     }
 
-    fn estimator_name(&self) -> &'static str {
-        self.estimator.name()
-    }
-
     /// The unconstrained j-th estimate, in its unit.
     fn unbounded(&self, j: usize) -> Option<f64> {
         let dgd_runtime::Direction::Parameter(i) = self.fit.estimates[j].of else { return None };
@@ -188,17 +188,21 @@ impl RegressionOutcome<'_> {
         }
     }
 
-    fn row_entry(&self, row: &RowQuality) -> Value {
+    fn row_entry(&self, row: &RowQuality) -> RegressionRow {
         let (unit, factor) = self.row_unit(row);
-        json!({
-            "name": row.name,
-            "of": match row.of { RowOf::Output(_) => "output", RowOf::Equation(_) => "equation" },
-            "unit": unit,
-            "samples": row.samples,
-            "mse": row.mean_squared_error / (factor * factor),
-            "r_squared": row.r_squared,
-            "multiplied_by": row.multiplied_by,
-        })
+        let of = match row.of {
+            RowOf::Output(_) => "output",
+            RowOf::Equation(_) => "equation",
+        };
+        RegressionRow {
+            name: row.name.clone(),
+            of: of.to_owned(),
+            unit,
+            samples: row.samples,
+            mse: Some(row.mean_squared_error / (factor * factor)),
+            r_squared: row.r_squared,
+            multiplied_by: row.multiplied_by.clone(),
+        }
     }
 
     fn rms(&self, of: Option<&Result<Tested, String>>, output: usize) -> Option<f64> {
@@ -259,11 +263,11 @@ impl RegressionOutcome<'_> {
         beside(&subjects, differences, x_label)
     }
 
-    /// A matrix over the estimates; null for undetermined entries.
-    fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Value {
+    /// A matrix over the estimates; `None` for undetermined entries.
+    fn matrix(&self, entry: impl Fn(usize, usize) -> Option<f64>) -> Vec<Vec<Option<f64>>> {
         let n = self.fit.estimates.len();
-        let row = |i: usize| (0..n).map(|j| entry(i, j)).collect::<Vec<_>>();
-        json!((0..n).map(row).collect::<Vec<_>>())
+        let row = |i: usize| (0..n).map(|j| entry(i, j)).collect();
+        (0..n).map(row).collect()
     }
 
     /// Tables and remarks.

@@ -1,0 +1,11 @@
+//! Results of the commands: what `result.json`, pages, comparisons, reports of fleets and Python read.
+//!
+//! A type here is written and read by serde, and `docs/results.schema.json` follows from it (a test compares them). A key
+//! is left out where an estimator or a request has nothing of its kind, and null where its value is unknown.
+
+mod by_name;
+pub mod fit;
+#[cfg(test)]
+mod schema;
+
+pub use by_name::ByName;
