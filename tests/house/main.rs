@@ -4,6 +4,7 @@ mod dependencies;
 mod layers;
 mod paths;
 mod purpose;
+mod results;
 mod source;
 mod unsafety;
 mod words;

@@ -67,6 +67,35 @@ impl Outcome {
     }
 }
 
+/// What reports read of a document.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "state", rename_all = "lowercase")]
+pub(crate) enum PieceDocument {
+    /// A result.
+    Done {
+        /// Why the result is incomplete.
+        stopped: Option<String>,
+        /// Of a fit or a discovery.
+        result: Value,
+    },
+    /// A failure.
+    Failed {
+        /// The reason, in a sentence.
+        error: String,
+    },
+}
+
+impl PieceDocument {
+    /// The document of a piece, or the reason why it has no result.
+    pub(crate) fn read(text: &str) -> Result<(Option<String>, Value), String> {
+        match serde_json::from_str(text) {
+            Ok(PieceDocument::Done { stopped, result }) => Ok((stopped, result)),
+            Ok(PieceDocument::Failed { error }) => Err(error),
+            Err(error) => Err(format!("its result cannot be read: {error}")),
+        }
+    }
+}
+
 /// The text of a result: always the same bytes, wherever and in whatever order it is computed.
 pub fn document(name: &str, piece: &Piece, outcome: &Outcome) -> String {
     let identity = json!({

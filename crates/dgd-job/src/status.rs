@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use crate::identity::Identity;
 use crate::job::{Job, JobError};
 use crate::name::Names;
+use crate::outcome::PieceDocument;
 use crate::piece::Piece;
 use crate::store::{State, Store};
 
@@ -77,8 +78,7 @@ pub fn status(job: &Job, store: &Store, identity: &Identity) -> Result<Status, J
 
 fn failure(index: usize, name: String, piece: &Piece, store: &Store) -> Result<Failure, JobError> {
     let text = store.read(&name)?.map(|(_, text)| text).unwrap_or_default();
-    let value: Value = serde_json::from_str(&text).unwrap_or_default();
-    let error = value["error"].as_str().unwrap_or("its result cannot be read").to_owned();
+    let error = PieceDocument::read(&text).err().unwrap_or_default();
     let (well, when) = (piece.well.clone(), piece.when.clone());
     let (what, command) = (piece.kind.to_string(), piece.command());
     Ok(Failure { index, name, well, when, what, error, command })

@@ -1,8 +1,10 @@
 //! Reads the results of one occasion: estimates with confidence intervals, missing terms, failures.
 
 use dgd_identify::percentiles;
-use serde_json::Value;
+use dgd_work::result::discover::DiscoverResult;
+use dgd_work::result::fit::FitResult;
 
+use crate::outcome::PieceDocument;
 use crate::piece::Kind;
 
 /// Half width of a 95 % confidence interval, in standard deviations.
@@ -80,80 +82,90 @@ impl Found {
     /// From the results of its pieces, as far as there are any.
     pub(super) fn read(when: &str, results: &[(Kind, Option<String>)]) -> Found {
         let mut findings = Found { when: when.to_owned(), ..Found::default() };
-        let mut documents: Vec<(&Kind, Value)> = Vec::new();
+        let mut fits: Vec<FittedPiece<'_>> = Vec::new();
+        let mut search = None;
         for (kind, text) in results {
             let Some(text) = text else {
                 findings.open += 1;
                 continue;
             };
-            let document: Value = serde_json::from_str(text).unwrap_or_default();
-            if document["state"] == "done" {
-                documents.push((kind, document));
-            } else {
-                let why = document["error"].as_str().unwrap_or("the result cannot be read");
+            let read = PieceDocument::read(text).and_then(|(stopped, result)| {
+                let unreadable = |error| format!("its result cannot be read: {error}");
+                if *kind == Kind::Discover {
+                    search = Some(serde_json::from_value(result).map_err(unreadable)?);
+                } else {
+                    let result = serde_json::from_value(result).map_err(unreadable)?;
+                    fits.push(FittedPiece { kind, stopped, result });
+                }
+                Ok(())
+            });
+            if let Err(why) = read {
                 let first = why.lines().next().unwrap_or_default().to_owned();
                 findings.failures.push((kind.to_string(), first));
             }
         }
-        findings.read_fits(&documents);
-        findings.read_bands(&documents);
-        if let Some((_, document)) = documents.iter().find(|(kind, _)| **kind == Kind::Discover) {
-            let result = &document["result"];
-            findings.search = Some(Search::read(result));
+        findings.read_fits(&fits);
+        findings.read_bands(&fits);
+        if let Some(result) = search {
+            findings.search = Some(Search::read(&result));
             if findings.estimates.is_empty() {
-                findings.estimates = estimates(&result["base_parameters"]);
+                let parameters = result.base_parameters.iter();
+                let estimates = parameters.filter_map(|(name, entry)| {
+                    let (std, std_model) = (entry.std, entry.std_model);
+                    Some((
+                        name.to_owned(),
+                        Estimate::new(entry.value?, std, std_model, &entry.unit),
+                    ))
+                });
+                findings.estimates = estimates.collect();
             }
         }
         findings
     }
 
     /// Takes the fit with the lowest deviance among those that converged, over all starting points.
-    fn read_fits(&mut self, documents: &[(&Kind, Value)]) {
-        let is_whole = |kind: &Kind| !matches!(kind, Kind::Discover);
-        let fits: Vec<&(&Kind, Value)> =
-            documents.iter().filter(|(kind, _)| is_whole(kind)).collect();
-        let deviance =
-            |document: &Value| document["result"]["deviance"].as_f64().unwrap_or(f64::INFINITY);
-        let has_converged = |document: &Value| document["result"]["converged"] == true;
-        let best = fits.iter().min_by(|(_, a), (_, b)| {
-            has_converged(b).cmp(&has_converged(a)).then(deviance(a).total_cmp(&deviance(b)))
+    fn read_fits(&mut self, fits: &[FittedPiece<'_>]) {
+        let deviance = |fit: &FittedPiece<'_>| fit.result.deviance.unwrap_or(f64::INFINITY);
+        let best = fits.iter().min_by(|a, b| {
+            let converged = b.result.converged.cmp(&a.result.converged);
+            converged.then(deviance(a).total_cmp(&deviance(b)))
         });
-        let Some((_, document)) = best else { return };
-        let result = &document["result"];
-        self.estimates = estimates(&result["parameters"]);
-        self.reduced_chi_square = result["reduced_chi_square"].as_f64();
-        self.degrees_of_freedom = result["degrees_of_freedom"].as_f64().filter(|n| *n > 0.0);
-        let reason = document["stopped"].as_str().unwrap_or("it has not converged");
-        self.fit = Some(if has_converged(document) { Ok(()) } else { Err(reason.to_owned()) });
-        let least = deviance(document);
-        let starts: Vec<&Value> = (fits.iter())
-            .filter(|(kind, _)| matches!(kind, Kind::Start { .. }))
-            .map(|(_, document)| document)
-            .collect();
+        let Some(best) = best else { return };
+        let parameters = best.result.parameters.iter();
+        let estimates = parameters.filter_map(|(name, entry)| {
+            let (std, std_model) = (entry.std, entry.std_model);
+            Some((name.to_owned(), Estimate::new(entry.value?, std, std_model, &entry.unit)))
+        });
+        self.estimates = estimates.collect();
+        let details = best.result.simulation.as_ref();
+        self.reduced_chi_square = details.and_then(|details| details.reduced_chi_square);
+        let freedom = details.map(|details| details.degrees_of_freedom as f64);
+        self.degrees_of_freedom = freedom.filter(|n| *n > 0.0);
+        let reason = || best.stopped.clone().unwrap_or_else(|| "it has not converged".to_owned());
+        self.fit = Some(if best.result.converged { Ok(()) } else { Err(reason()) });
+        let least = deviance(best);
+        let starts: Vec<&FittedPiece<'_>> =
+            fits.iter().filter(|fit| matches!(fit.kind, Kind::Start { .. })).collect();
         let led = starts
             .iter()
-            .filter(|one| has_converged(one) && deviance(one) - least <= SAME_DEVIANCE);
+            .filter(|fit| fit.result.converged && deviance(fit) - least <= SAME_DEVIANCE);
         self.starts = (!starts.is_empty()).then(|| (led.count(), starts.len()));
     }
 
     /// Replaces standard deviations by profiles or, failing that, by resampled data.
-    fn read_bands(&mut self, documents: &[(&Kind, Value)]) {
+    fn read_bands(&mut self, fits: &[FittedPiece<'_>]) {
         for (name, estimate) in &mut self.estimates {
-            let values: Vec<f64> = documents
-                .iter()
-                .flat_map(|(_, document)| {
-                    let entry = &document["result"]["bootstrap"]["estimates"][name.as_str()];
-                    entry["values"].as_array().into_iter().flatten().filter_map(Value::as_f64)
-                })
-                .collect();
+            let resampled = fits.iter().filter_map(|fit| fit.result.bootstrap.as_ref());
+            let values = resampled.filter_map(|all| all.estimates.get(name)?.values.as_ref());
+            let values: Vec<f64> = values.flatten().copied().flatten().collect();
             let count = values.len();
             if let Some(band) = percentiles(values, BAND) {
                 (estimate.band, estimate.by) = (Some(band), By::Replicates(count));
             }
-            let profile = documents.iter().find_map(|(_, document)| {
-                let interval =
-                    document["result"]["profiles"][name.as_str()]["interval"].as_array()?;
-                Some((interval.first()?.as_f64()?, interval.get(1)?.as_f64()?))
+            let mut profiles = fits.iter().filter_map(|fit| fit.result.profiles.get(name));
+            let profile = profiles.find_map(|profile| {
+                let [low, high] = profile.interval;
+                low.zip(high)
             });
             if profile.is_some() {
                 (estimate.band, estimate.by) = (profile, By::Profile);
@@ -167,55 +179,63 @@ impl Found {
     }
 }
 
-fn estimates(parameters: &Value) -> Vec<(String, Estimate)> {
-    let entries = parameters.as_object().into_iter().flatten();
-    let one = |(name, entry): (&String, &Value)| {
-        let value = entry["value"].as_f64()?;
-        let std = [&entry["std"], &entry["std_model"]].into_iter().filter_map(Value::as_f64);
+impl Estimate {
+    fn new(value: f64, std: Option<f64>, std_model: Option<f64>, unit: &str) -> Self {
+        let std = [std, std_model].into_iter().flatten();
         let std = std.filter(|std| std.is_finite() && *std > 0.0).reduce(f64::max);
         let band = std.map(|std| (value - HALF_BAND * std, value + HALF_BAND * std));
-        let unit = entry["unit"].as_str().unwrap_or_default().to_owned();
-        Some((name.clone(), Estimate { value, std, band, by: By::Std, unit }))
-    };
-    entries.filter_map(one).collect()
+        Estimate { value, std, band, by: By::Std, unit: unit.to_owned() }
+    }
+}
+
+/// A piece with a fit.
+struct FittedPiece<'a> {
+    kind: &'a Kind,
+    /// Why the fit is incomplete.
+    stopped: Option<String>,
+    result: FitResult,
 }
 
 impl Search {
-    fn read(result: &Value) -> Search {
-        let list = |key: &str| result[key].as_array().into_iter().flatten();
-        let effects = list("effects").filter_map(|effect| {
-            let name = effect["name"].as_str()?.to_owned();
-            Some((name, effect["onset"].as_f64()))
-        });
-        let terms = result["law"]["terms"].as_array().into_iter().flatten();
-        let terms = terms.filter_map(|term| {
-            let (formula, target) = (term["formula"].as_str()?, term["target"].as_str()?);
-            Some((format!("`{formula}` in `{target}`"), None))
-        });
-        let causes = result["plain"]["causes"].as_array().into_iter().flatten().take(1);
-        let causes = causes
-            .filter_map(|cause| Some((format!("`{}` is off", cause["name"].as_str()?), None)));
-        let left_over = list("unexplained").filter_map(|one| {
-            Some((format!("something unknown at `{}`", one["target"].as_str()?), None))
-        });
-        let verdict = result["verdict"].as_str().unwrap_or_default().to_owned();
-        Search { verdict, missing: causes.chain(effects).chain(terms).chain(left_over).collect() }
+    fn read(result: &DiscoverResult) -> Search {
+        let causes = result.plain.iter().flat_map(|plain| plain.causes.first());
+        let causes = causes.map(|cause| (format!("`{}` is off", cause.name), None));
+        let effects = result.effects.iter().map(|effect| (effect.name.clone(), effect.onset));
+        let terms = result.law.iter().flat_map(|law| &law.terms);
+        let terms = terms.map(|term| (format!("`{}` in `{}`", term.formula, term.target), None));
+        let left_over = result.unexplained.iter();
+        let left_over =
+            left_over.map(|place| (format!("something unknown at `{}`", place.target), None));
+        let missing = causes.chain(effects).chain(terms).chain(left_over).collect();
+        Search { verdict: result.verdict.clone(), missing }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
+    use serde_json::{Value, json};
 
     use super::*;
+
+    /// A document with these keys in the result of a fit.
+    fn document(keys: &Value) -> String {
+        let mut result = json!({
+            "model": "m", "parameters": {}, "outputs": {}, "counts_from": null, "undetermined": [], "few_samples": {},
+            "samples": 9, "iterations": 3, "evaluations": 4, "converged": true, "status": "done", "left_out": [],
+            "profiles": {},
+            "provenance": { "schema": 0, "version": "", "seed": 0, "model": null, "data": [] },
+        });
+        for (key, value) in keys.as_object().into_iter().flatten() {
+            result[key] = value.clone();
+        }
+        let stopped = (result["converged"] == false).then_some("why");
+        json!({ "state": "done", "stopped": stopped, "result": result }).to_string()
+    }
 
     fn fit(value: f64, deviance: f64, converged: bool) -> String {
         let parameters =
             json!({ "c": { "value": value, "unit": "m", "std": 0.5, "std_model": null } });
-        let result =
-            json!({ "parameters": parameters, "deviance": deviance, "converged": converged });
-        json!({ "state": "done", "stopped": (!converged).then_some("why"), "result": result })
-            .to_string()
+        document(&json!({ "parameters": parameters, "deviance": deviance, "converged": converged }))
     }
 
     #[test]
@@ -240,11 +260,12 @@ mod tests {
     fn bands_are_profiles_or_replicates_of_all_pieces_where_there_are_some() {
         let part = |from: u32| {
             let values: Vec<f64> = (from..from + 20).map(f64::from).collect();
-            let bootstrap = json!({ "estimates": { "c": { "values": values } } });
+            let entry = json!({ "unit": "m", "std": 1.0, "interval": null, "values": values });
+            let bootstrap = json!({
+                "first": from, "replicates": 20, "failures": 0, "block_lengths": [], "estimates": { "c": entry },
+            });
             let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
-            let result =
-                json!({ "parameters": parameters, "converged": true, "bootstrap": bootstrap });
-            Some(json!({ "state": "done", "result": result }).to_string())
+            Some(document(&json!({ "parameters": parameters, "bootstrap": bootstrap })))
         };
         let replicates = |from| Kind::Replicates { from, count: 20 };
         let mut results = vec![(replicates(0), part(1)), (replicates(20), part(21))];
@@ -253,10 +274,13 @@ mod tests {
         // 1 … 40: the quantiles 1/40.98 and its mirror.
         let (low, high) = findings.estimates[0].1.band.expect("a band");
         assert!((low - 1.025).abs() < 1e-9 && (high - 39.975).abs() < 1e-9, "{low} {high}");
-        let profiles = json!({ "c": { "interval": [18.5, 22.0] } });
+        let end = json!({ "value": 18.5, "end": "interval" });
+        let profiles = json!({ "c": {
+            "unit": "m", "interval": [18.5, 22.0], "lower": end, "upper": end, "with_lower": [], "with_upper": [],
+            "values": [], "deviance": [], "threshold": 3.84, "evaluations": 9,
+        } });
         let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
-        let result = json!({ "parameters": parameters, "converged": true, "profiles": profiles });
-        let text = json!({ "state": "done", "result": result }).to_string();
+        let text = document(&json!({ "parameters": parameters, "profiles": profiles }));
         results.push((Kind::Profile { of: "c".into() }, Some(text)));
         let findings = Found::read("now", &results);
         assert_eq!(
@@ -270,10 +294,25 @@ mod tests {
         let failed = json!({ "state": "failed", "error": "no such file\n  --> there" }).to_string();
         let result = json!({
             "verdict": "effects",
-            "effects": [{ "name": "leak", "onset": 12.0 }],
-            "law": { "terms": [{ "target": "line", "formula": "-0.3 [1/s] * q" }] },
-            "unexplained": [{ "target": "riser" }],
-            "base_parameters": { "c": { "value": 1.0, "unit": "m", "std": null } },
+            "reason": "", "p_value": null, "reservations": [], "model": "m", "model_file": "m.dgd",
+            "effects": [{
+                "name": "leak", "kind": "plant", "form": null, "target": "line", "alternatives": [], "other_forms": [],
+                "told_apart_by": null, "onset": 12.0, "windows": [], "condition": null, "parameters": {},
+                "evidence": { "p_value": 0.0, "resamples": 9, "bic_gain": 9.0, "inclusion": 1.0 },
+            }],
+            "law": {
+                "terms": [{ "target": "line", "formula": "-0.3 [1/s] * q", "coefficients": [] }],
+                "range": {}, "near": [],
+            },
+            "regime": null, "rivals": [], "plain": null, "described": [],
+            "unexplained": [{
+                "target": "riser", "kind": "equation", "tied": false, "joint": false, "left": null, "objection": null,
+                "told_apart_by": null, "gain": 0.5, "windows": [], "condition": null, "together": [], "trace": "",
+                "description": "", "guess": null, "law": null,
+            }],
+            "places_not_tried": [], "power": [], "gap": {}, "parameters": {},
+            "base_parameters": { "c": { "value": 1.0, "unit": "m", "std": null, "std_model": null } },
+            "recordings": [], "counts_from": [], "ranking": [], "screened": [], "not_tried": [],
         });
         let search = json!({ "state": "done", "result": result }).to_string();
         let findings = Found::read(

@@ -177,12 +177,15 @@ impl Store {
     /// The file exists but cannot be read.
     pub fn identity(&self) -> Result<Option<Identity>, JobError> {
         let Some(text) = self.place.read(FLEET)? else { return Ok(None) };
-        let read = || -> serde_json::Result<Identity> {
-            let value: serde_json::Value = serde_json::from_str(&text)?;
-            serde_json::from_value(value["identity"].clone())
-        };
+        #[derive(serde::Deserialize)]
+        struct Fleet {
+            identity: Identity,
+        }
         let shown = self.place.shown(FLEET);
-        read().map(Some).map_err(|error| JobError(format!("`{}`: {error}", shown.display())))
+        let fleet: serde_json::Result<Fleet> = serde_json::from_str(&text);
+        fleet
+            .map(|fleet| Some(fleet.identity))
+            .map_err(|error| JobError(format!("`{}`: {error}", shown.display())))
     }
 
     /// Location of a result.

@@ -9,11 +9,11 @@ use dgd_compiler::syntax::parse;
 use dgd_data::FileSystem;
 use dgd_data::open::read_text;
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::error::WorkError;
 use crate::model::effects::folder_of;
 use crate::request::AdoptRequest;
+use crate::result::discover::DiscoverResult;
 use crate::session::Session;
 
 /// A file for the library.
@@ -60,11 +60,9 @@ fn chosen(request: &AdoptRequest, files: &dyn FileSystem) -> Result<(PathBuf, Pa
         return Ok((source.clone(), folder));
     }
     let result = result_of(source, files)?;
-    let list = |key: &str| result[key].as_array().cloned().unwrap_or_default();
-    let laws = list("unexplained").into_iter().map(|one| one["law"]["file"].clone());
-    let described = list("described").into_iter().map(|one| one["file"].clone());
-    let named: Vec<String> =
-        laws.chain(described).filter_map(|file| file.as_str().map(str::to_owned)).collect();
+    let laws = result.unexplained.into_iter().filter_map(|place| Some(place.law?.file));
+    let described = result.described.into_iter().map(|effect| effect.file);
+    let named: Vec<String> = laws.chain(described).collect();
     match named.as_slice() {
         [] => Err(WorkError::Found(format!(
             "there is nothing to adopt in `{}`: the discovery found no formula and described no effect",
@@ -85,16 +83,10 @@ fn chosen(request: &AdoptRequest, files: &dyn FileSystem) -> Result<(PathBuf, Pa
 
 /// Path of the model, as it was given to the discovery.
 fn model_of(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError> {
-    let result = result_of(folder, files)?;
-    result["model_file"].as_str().map(PathBuf::from).ok_or_else(|| {
-        WorkError::Found(format!(
-            "`{}` does not say which model it is about",
-            folder.join("result.json").display()
-        ))
-    })
+    Ok(PathBuf::from(result_of(folder, files)?.model_file))
 }
 
-fn result_of(folder: &Path, files: &dyn FileSystem) -> Result<Value, WorkError> {
+fn result_of(folder: &Path, files: &dyn FileSystem) -> Result<DiscoverResult, WorkError> {
     let path = folder.join("result.json");
     serde_json::from_str(&text_of(&path, files)?).map_err(|error| {
         WorkError::Found(format!("`{}` is not the result of a discovery: {error}", path.display()))

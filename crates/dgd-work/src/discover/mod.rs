@@ -24,7 +24,7 @@ use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::signature::Direction;
 use dgd_runtime::{Signature, System};
 use serde::{Serialize, Serializer};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::error::WorkError;
 use crate::model::Compilation;
@@ -32,6 +32,7 @@ use crate::model::effects::{self, FOLDER, load_folder};
 use crate::output::provenance::{self, DataFile, Provenance};
 use crate::output::quantity::{of_differences, rounded};
 use crate::request::{Choices, DiscoverRequest, Start};
+use crate::result::discover::DiscoverResult;
 use crate::run::recording;
 use crate::run::{executable, keeping, options, reservations, verify_memory_of_fit};
 use crate::session::Session;
@@ -222,9 +223,14 @@ impl Discovered {
         }
     }
 
+    /// The result, for programs.
+    pub fn result(&self) -> DiscoverResult {
+        report::result(&self.subject())
+    }
+
     /// `result.json`.
     pub fn to_json(&self) -> Value {
-        report::result_json(&self.subject())
+        json!(self.result())
     }
 
     /// As text; with the report's folder, if it was written.

@@ -3,19 +3,11 @@
 use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
 use dgd_plot::Text;
 use dgd_runtime::linearize::Stability;
-use serde_json::Value;
 
 use super::Linearised;
 use crate::output::page::{name, number, origin, unit, words};
 use crate::output::quantity::short;
-
-/// Matrices of a linear model, and the keys of their rows and columns in its result.
-const MATRICES: [(&str, &str, &str, &str); 4] = [
-    ("A", "slopes of the states by the states", "states", "states"),
-    ("B", "slopes of the states by the inputs", "states", "inputs"),
-    ("C", "outputs by the states", "outputs", "states"),
-    ("D", "outputs by the inputs", "outputs", "inputs"),
-];
+use crate::result::linearize::{LinearResult, PointQuantity};
 
 /// Largest number of rows or columns shown.
 const MOST_SHOWN: usize = 24;
@@ -23,34 +15,41 @@ const MOST_SHOWN: usize = 24;
 impl Linearised {
     /// Its page, with the command that reproduces it.
     pub fn page(&self, command: &str) -> String {
-        let json = self.to_json();
-        let model = json["model"].as_str().unwrap_or_default();
-        let mut page = Page::new(&format!("{model}: linear model"));
-        let kind = Markup::text("Linear model of ").then(&Markup::code(model));
-        let (headline, tone) = self.headline(&json);
-        page.push_header(&kind, &Markup::prose(&headline), tone, &[poles(&json)]);
+        let result = self.result();
+        let mut page = Page::new(&format!("{}: linear model", result.model));
+        let kind = Markup::text("Linear model of ").then(&Markup::code(&result.model));
+        let (headline, tone) = self.headline(result.steady);
+        page.push_header(&kind, &Markup::prose(&headline), tone, &[poles(&result)]);
         let chart = page.chart(&self.figure(), Link::Alone, &Markup::default());
         page.push_section("Poles", &[chart]);
-        page.push_section("The point", &[point(&json)]);
-        for (matrix, about, rows, columns) in MATRICES {
-            let table = table(&json, matrix, rows, columns);
+        page.push_section("The point", &[point(&result)]);
+        let states = quantities(&result.states, |state| &state.quantity);
+        let inputs = quantities(&result.inputs, |input| &input.quantity);
+        let outputs = quantities(&result.outputs, |output| &output.quantity);
+        for (matrix, about, values, rows, columns) in [
+            ("A", "slopes of the states by the states", &result.a, &states, &states),
+            ("B", "slopes of the states by the inputs", &result.b, &states, &inputs),
+            ("C", "outputs by the states", &result.c, &outputs, &states),
+            ("D", "outputs by the inputs", &result.d, &outputs, &inputs),
+        ] {
+            let table = table(matrix, values, rows, columns);
             page.push_section(&format!("{matrix}: {about}"), &[table]);
         }
         let more = "Acting late: see the result for programs, `--format json`.";
-        if json["late"].as_array().is_some_and(|late| !late.is_empty()) {
+        if !result.late.is_empty() {
             page.push(&Markup::prose(more).paragraph());
         }
         page.finish(&origin(&self.provenance, command))
     }
 
-    fn headline(&self, json: &Value) -> (String, Tone) {
+    fn headline(&self, is_steady: bool) -> (String, Tone) {
         let poles = self.poles();
         let slowest = poles.poles.iter().filter(|pole| !pole.is_on_axis());
         let slowest = slowest.map(|pole| pole.time_constant().abs()).reduce(f64::max);
         let slowest = slowest.map_or_else(String::new, |tau| {
             format!("; the slowest time constant is {} s", short(tau, 3))
         });
-        let place = if json["steady"] == true { "its steady state" } else { "a point of its run" };
+        let place = if is_steady { "its steady state" } else { "a point of its run" };
         let (word, tone) = match poles.stability() {
             Stability::Stable => ("Stable", Tone::Good),
             Stability::Marginal => ("On the border of stability", Tone::Doubt),
@@ -61,58 +60,58 @@ impl Linearised {
     }
 }
 
-fn list<'a>(json: &'a Value, key: &str) -> &'a [Value] {
-    json[key].as_array().map_or(&[], Vec::as_slice)
+fn quantities<T>(all: &[T], quantity: impl Fn(&T) -> &PointQuantity) -> Vec<&PointQuantity> {
+    all.iter().map(quantity).collect()
 }
 
-fn poles(json: &Value) -> Markup {
+fn poles(result: &LinearResult) -> Markup {
     let head = ["pole, 1/s", "± i, 1/s", "time constant, s", "damping", "period, s"];
     let mut table = Table::new("Poles", &head);
-    for pole in list(json, "poles").iter().filter(|pole| pole["im"].as_f64() >= Some(0.0)) {
-        let number = |key: &str| number(pole[key].as_f64(), 5);
-        let im = pole["im"].as_f64().filter(|im| *im != 0.0);
+    for pole in result.poles.iter().filter(|pole| pole.im >= 0.0) {
+        let im = Some(pole.im).filter(|im| *im != 0.0);
         table.rows.push(vec![
-            number("re"),
+            number(Some(pole.re), 5),
             Cell::number(&im.map_or_else(String::new, |im| short(im, 5)), im),
-            number("time_constant"),
-            number("damping"),
-            number("period"),
+            number(pole.time_constant, 5),
+            number(pole.damping, 5),
+            number(pole.period, 5),
         ]);
     }
     table.to_markup()
 }
 
-fn point(json: &Value) -> Markup {
+fn point(result: &LinearResult) -> Markup {
     // At a steady state, slopes are rounding errors.
-    let is_rest = json["steady"] == true;
+    let is_rest = result.steady;
     let head = ["name", "is", "value", "unit", "slope, unit/s"];
     let head = if is_rest { &head[..4] } else { &head[..] };
     let mut table = Table::new("Values at the point", head);
-    for (key, what) in [
-        ("states", "state"),
-        ("inputs", "input"),
-        ("outputs", "output"),
-        ("eliminated", "eliminated"),
-    ] {
-        for one in list(json, key) {
-            let mut row = vec![
-                name(one["name"].as_str().unwrap_or_default()),
-                words(what),
-                number(one["value"].as_f64(), 6),
-                unit(one["unit"].as_str().unwrap_or_default()),
-            ];
-            if !is_rest {
-                row.push(number(one["slope"].as_f64(), 3));
-            }
-            table.rows.push(row);
+    let states = result.states.iter().map(|one| (&one.quantity, "state", Some(one.slope)));
+    let inputs = result.inputs.iter().map(|one| (&one.quantity, "input", None));
+    let outputs = result.outputs.iter().map(|one| (&one.quantity, "output", None));
+    let eliminated = result.eliminated.iter().map(|one| (&one.quantity, "eliminated", None));
+    for (quantity, kind, slope) in states.chain(inputs).chain(outputs).chain(eliminated) {
+        let mut row = vec![
+            name(&quantity.name),
+            words(kind),
+            number(Some(quantity.value), 6),
+            unit(&quantity.unit),
+        ];
+        if !is_rest {
+            row.push(number(slope, 3));
         }
+        table.rows.push(row);
     }
     table.to_markup()
 }
 
 /// A matrix in the declared units, with the names of its rows and columns.
-fn table(json: &Value, matrix: &str, rows: &str, columns: &str) -> Markup {
-    let (rows, columns) = (list(json, rows), list(json, columns));
+fn table(
+    matrix: &str,
+    values: &[Vec<Option<f64>>],
+    rows: &[&PointQuantity],
+    columns: &[&PointQuantity],
+) -> Markup {
     if rows.is_empty() || columns.is_empty() {
         return Markup::default();
     }
@@ -120,17 +119,14 @@ fn table(json: &Value, matrix: &str, rows: &str, columns: &str) -> Markup {
         let words = format!("{} × {}, too large to be shown here.", rows.len(), columns.len());
         return Markup::text(&words).paragraph();
     }
-    let label = |one: &Value| {
-        let unit = Text::default().with_unit(one["unit"].as_str().unwrap_or_default());
-        Markup::code(one["name"].as_str().unwrap_or_default())
-            .then(&Markup::text(" "))
-            .then(&Markup::from(&unit))
+    let label = |one: &&PointQuantity| {
+        let unit = Text::default().with_unit(&one.unit);
+        Markup::code(&one.name).then(&Markup::text(" ")).then(&Markup::from(&unit))
     };
     let mut table = Table::new(matrix, &[]);
     table.head = std::iter::once(Markup::text("of")).chain(columns.iter().map(label)).collect();
-    for (row, values) in rows.iter().zip(list(json, matrix)) {
-        let values = values.as_array().map_or(&[][..], Vec::as_slice);
-        let cells = values.iter().map(|value| number(value.as_f64(), 5));
+    for (row, values) in rows.iter().zip(values) {
+        let cells = values.iter().map(|value| number(*value, 5));
         table.rows.push(std::iter::once(Cell::text(label(row))).chain(cells).collect());
     }
     table.to_markup()

@@ -1,4 +1,4 @@
-//! A linear model, as text and JSON.
+//! A linear model, for programs and as text.
 
 use std::fmt::Write as _;
 use std::io;
@@ -19,6 +19,10 @@ use crate::output::provenance::Provenance;
 use crate::output::quantity::of_differences;
 use crate::output::table::{exact, push_table, significant};
 use crate::request::LinearizeAt;
+use crate::result::linearize::{
+    DelayedUnknown, EliminatedUnknown, LinearInput, LinearMode, LinearOutput, LinearResult,
+    LinearState, PointQuantity, PoleEntry, StabilityOtherwise,
+};
 
 /// Significant digits of printed values.
 const DIGITS: usize = 6;
@@ -37,6 +41,14 @@ struct Quantity {
 }
 
 impl Quantity {
+    fn entry(&self) -> PointQuantity {
+        PointQuantity {
+            name: self.name.clone(),
+            unit: self.unit.symbol.to_string(),
+            value: self.value(),
+        }
+    }
+
     fn value(&self) -> f64 {
         self.unit.from_si(self.value)
     }
@@ -79,9 +91,10 @@ impl Matrix<'_> {
         self.rows.is_empty() || self.columns.is_empty()
     }
 
-    fn to_json(&self) -> Value {
-        let row = |i: usize| (0..self.columns.len()).map(|j| self.value(i, j)).collect::<Vec<_>>();
-        json!((0..self.rows.len()).map(row).collect::<Vec<_>>())
+    /// All entries in the declared units.
+    fn rows_in_units(&self) -> Vec<Vec<Option<f64>>> {
+        let row = |i: usize| (0..self.columns.len()).map(|j| Some(self.value(i, j))).collect();
+        (0..self.rows.len()).map(row).collect()
     }
 
     fn push_text(&self, text: &mut String) {
@@ -243,11 +256,12 @@ pub fn modes<'a>(
     )
 }
 
-fn of_stability(stability: Stability) -> Value {
+/// Whether disturbances fade, if that is known.
+fn fades(stability: Stability) -> Option<bool> {
     match stability {
-        Stability::Stable => json!(true),
-        Stability::Marginal | Stability::Unknown => Value::Null,
-        Stability::Unstable => json!(false),
+        Stability::Stable => Some(true),
+        Stability::Marginal | Stability::Unknown => None,
+        Stability::Unstable => Some(false),
     }
 }
 
@@ -280,7 +294,7 @@ impl Linearised {
     }
 
     /// The nonempty matrices.
-    fn matrices(&self) -> Vec<Matrix<'_>> {
+    fn matrices(&self) -> [Matrix<'_>; 9] {
         let StateSpace { a, b, c, d, late_a, late_c, late_x, late_u, late_v, .. } = &self.system;
         let Self { states, rates, channels, late, sources, outputs, .. } = self;
         // A delayed state has no entry of its own.
@@ -301,7 +315,7 @@ impl Linearised {
         ];
         let matrix =
             |(name, about, rows, columns, entries)| Matrix { name, about, rows, columns, entries };
-        matrices.into_iter().map(matrix).collect()
+        matrices.map(matrix)
     }
 
     /// Modes, and the sides of switches and bounds.
@@ -456,81 +470,77 @@ impl Linearised {
         others.stability()
     }
 
-    /// For programs.
-    pub fn to_json(&self) -> Value {
-        let entry = |quantity: &Quantity| {
-            json!({
-                "name": quantity.name,
-                "unit": quantity.unit.symbol,
-                "value": quantity.value(),
-            })
-        };
-        let states = self.states.iter().zip(&self.rates).map(|(state, rate)| {
-            let mut state = entry(state);
-            state["slope"] = json!(rate.value());
-            state
-        });
-        let eliminated = self.eliminated.iter().map(|(quantity, row)| {
-            let mut quantity = entry(quantity);
-            quantity["by"] = json!(self.signature.equations.at(*row));
-            quantity
+    /// The result, for programs.
+    pub fn result(&self) -> LinearResult {
+        let states = self.states.iter().zip(&self.rates);
+        let eliminated = self.eliminated.iter().map(|(own, row)| EliminatedUnknown {
+            quantity: own.entry(),
+            by: self.signature.equations.at(*row).to_string(),
         });
         let channels = self.channels.iter().zip(&self.system.channels).map(|(own, channel)| {
-            let mut result = entry(own);
-            let (delay, is_slope) = match *channel {
+            let (delay, slope) = match *channel {
                 Channel::Input(_) => (0.0, false),
                 Channel::Late { tau, .. } => (tau, false),
                 Channel::Slope { tau, .. } => (tau, true),
             };
-            result["input"] = json!(self.signature.inputs[channel.input()].name);
-            result["delay"] = json!(delay);
-            result["slope"] = json!(is_slope);
-            result
+            let input = self.signature.inputs[channel.input()].name.to_string();
+            LinearInput { quantity: own.entry(), input, delay, slope }
         });
-        let late = self.late.iter().zip(&self.system.late).map(|(own, late)| {
-            let mut result = entry(own);
-            result["unknown"] = json!(self.signature.unknowns.name(late.unknown));
-            result["delay"] = json!(late.tau);
-            result
+        let late = self.late.iter().zip(&self.system.late).map(|(own, late)| DelayedUnknown {
+            quantity: own.entry(),
+            unknown: self.signature.unknowns.name(late.unknown).to_string(),
+            delay: late.tau,
         });
-        let outputs = self.outputs.iter().zip(&self.system.output_delays).map(|(own, tau)| {
-            let mut result = entry(own);
-            result["delay"] = json!(tau);
-            result
+        let outputs = self.outputs.iter().zip(&self.system.output_delays);
+        let modes = self
+            .modes()
+            .map(|(modes, mode)| LinearMode { modes: modes.to_owned(), mode: mode.to_owned() });
+        let poles = self.poles.poles.iter().map(|pole: &Pole| PoleEntry {
+            re: pole.re,
+            im: pole.im,
+            time_constant: Some(pole.time_constant()).filter(|tau| tau.is_finite()),
+            damping: pole.damping(),
+            period: pole.period(),
         });
-        let modes = self.modes().map(|(name, mode)| json!({ "modes": name, "mode": mode }));
-        let poles = self.poles.poles.iter().map(|pole: &Pole| {
-            json!({
-                "re": pole.re,
-                "im": pole.im,
-                "time_constant": Some(pole.time_constant()).filter(|tau| tau.is_finite()),
-                "damping": pole.damping(),
-                "period": pole.period(),
-            })
-        });
-        let mut result = json!({
-            "model": self.signature.name,
-            "t": self.at.t,
-            "steady": self.place.is_rest(),
-            "states": states.collect::<Vec<_>>(),
-            "inputs": channels.collect::<Vec<_>>(),
-            "outputs": outputs.collect::<Vec<_>>(),
-            "eliminated": eliminated.collect::<Vec<_>>(),
-            "late": late.collect::<Vec<_>>(),
-            "modes": modes.collect::<Vec<_>>(),
-        });
-        for matrix in self.matrices() {
-            result[matrix.name] = matrix.to_json();
+        let [a, b, c, d, a1, c1, e, f, g] = self.matrices().map(|matrix| matrix.rows_in_units());
+        let is_conserving = !self.conserved.is_empty();
+        LinearResult {
+            model: self.signature.name.to_string(),
+            t: self.at.t,
+            steady: self.place.is_rest(),
+            states: states
+                .map(|(state, rate)| LinearState { quantity: state.entry(), slope: rate.value() })
+                .collect(),
+            inputs: channels.collect(),
+            outputs: outputs
+                .map(|(own, delay)| LinearOutput { quantity: own.entry(), delay: *delay })
+                .collect(),
+            eliminated: eliminated.collect(),
+            late: late.collect(),
+            modes: modes.collect(),
+            a,
+            b,
+            c,
+            d,
+            a1,
+            c1,
+            e,
+            f,
+            g,
+            poles: poles.collect(),
+            all_poles: self.poles.complete,
+            stable: fades(self.poles.stability()),
+            conserved: is_conserving.then(|| self.conserved.iter().map(Held::entry).collect()),
+            otherwise: is_conserving.then(|| StabilityOtherwise {
+                stable_otherwise: fades(self.stability_otherwise()),
+            }),
+            provenance: self.provenance.clone(),
         }
-        result["poles"] = json!(poles.collect::<Vec<_>>());
-        result["all_poles"] = json!(self.poles.complete);
-        result["stable"] = of_stability(self.poles.stability());
-        if !self.conserved.is_empty() {
-            result["conserved"] = self.conserved.iter().map(Held::to_json).collect();
-            result["stable_otherwise"] = of_stability(self.stability_otherwise());
-        }
-        self.provenance.push_json(&mut result);
-        result
+    }
+
+    /// As JSON.
+    pub fn to_json(&self) -> Value {
+        json!(self.result())
     }
 
     /// A line for each entry of each matrix.

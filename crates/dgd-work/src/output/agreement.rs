@@ -6,16 +6,19 @@
 //!
 //! Source of the fit: Ljung, System Identification Toolbox, `compare`.
 
-/// Agreement of one output, in the unit of the numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Agreement {
-    /// Samples that were compared.
+use serde::{Deserialize, Serialize};
+
+/// Agreement of an output with measurements, in its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct Agreement {
+    /// Number of samples.
     pub samples: usize,
-    /// Root of the mean square of e.
+    /// Root-mean-square error.
     pub rms: f64,
-    /// Mean of e.
+    /// Mean error.
     pub bias: f64,
-    /// Ljung's fit, %; none if the measurements are constant.
+    /// Ljung's fit in percent; null if the measurements are constant.
     pub fit_percent: Option<f64>,
 }
 

@@ -2,10 +2,12 @@
 
 use std::io::{self, Write};
 
+use serde_json::{Value, json};
+
+use crate::result::simulate::EventEntry;
 use dgd_data::Epoch;
 use dgd_data::write::{Written, write_table_at};
 use dgd_runtime::{Event, Solution, Unit};
-use serde_json::{Value, json};
 
 /// A column of a result.
 #[derive(Debug, Clone)]
@@ -114,14 +116,12 @@ pub(crate) fn per_sample(solution: &Solution) -> Option<u32> {
 }
 
 /// The events of a run, for programs; modes of a `when` have no names.
-pub(crate) fn events(solution: &Solution) -> Vec<Value> {
-    let event = |event: &Event| {
-        json!({
-            "t": event.t,
-            "modes": event.automaton,
-            "from": event.from,
-            "to": event.to,
-        })
+pub(crate) fn events(solution: &Solution) -> Vec<EventEntry> {
+    let event = |event: &Event| EventEntry {
+        t: event.t,
+        modes: event.automaton.to_string(),
+        from: event.from.to_string(),
+        to: event.to.to_string(),
     };
     solution.events.iter().map(event).collect()
 }

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use dgd_runtime::linearize::{Conserved, StateSpace};
 use dgd_runtime::{Signature, Unit};
-use serde_json::{Value, json};
 
 use crate::output::columns::quotient;
 use crate::output::quantity::{of_differences, with_unit};
 use crate::output::table::significant;
+use crate::result::linearize::{ConservedEntry, ConservedTerm};
 
 /// Significant digits of printed values.
 const DIGITS: usize = 6;
@@ -144,22 +144,23 @@ impl Held {
         (self.value - self.at_start).abs() <= SAME * size
     }
 
-    pub(crate) fn to_json(&self) -> Value {
-        let terms = self
-            .terms
-            .iter()
-            .map(|(name, c, unit)| json!({ "state": name, "coefficient": c, "unit": unit }));
-        json!({
-            "named_by": self.named_by,
-            "combination": self.formula(),
-            "unit": self.unit.symbol,
-            "value": self.value,
-            "at_start": self.at_start,
-            "terms": terms.collect::<Vec<_>>(),
-            "whatever_inputs": self.whatever_inputs,
-            "linear": self.is_linear,
-            "output": self.output.as_ref().map(|(name, _)| name),
-        })
+    pub(crate) fn entry(&self) -> ConservedEntry {
+        let terms = self.terms.iter().map(|(state, coefficient, unit)| ConservedTerm {
+            state: state.clone(),
+            coefficient: *coefficient,
+            unit: unit.clone(),
+        });
+        ConservedEntry {
+            named_by: self.named_by.clone(),
+            combination: self.formula(),
+            unit: self.unit.symbol.to_string(),
+            value: self.value,
+            at_start: self.at_start,
+            terms: terms.collect(),
+            whatever_inputs: self.whatever_inputs,
+            linear: self.is_linear,
+            output: self.output.as_ref().map(|(name, _)| name.clone()),
+        }
     }
 }
 

@@ -126,10 +126,10 @@ pub enum FitStatus {
 }
 
 impl FitStatus {
-    /// In a table; nothing for a complete fit.
-    pub(crate) fn remark(self) -> &'static str {
+    /// As in JSON.
+    pub(crate) fn name(self) -> &'static str {
         match self {
-            FitStatus::Done => "",
+            FitStatus::Done => "done",
             FitStatus::Stopped => "stopped",
             FitStatus::NotConverged => "not converged",
         }

@@ -4,8 +4,12 @@
 //! is left out where an estimator or a request has nothing of its kind, and null where its value is unknown.
 
 mod by_name;
+pub mod compare;
+pub mod discover;
 pub mod fit;
+pub mod linearize;
 #[cfg(test)]
 mod schema;
+pub mod simulate;
 
 pub use by_name::ByName;

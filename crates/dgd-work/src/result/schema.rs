@@ -5,25 +5,25 @@ use std::{env, fs};
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value};
 
+use super::compare::CompareResult;
+use super::discover::DiscoverResult;
 use super::fit::FitResult;
+use super::linearize::LinearResult;
+use super::simulate::EventEntry;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/results.schema.json");
 
 /// Definitions of results without a type.
-const WRITTEN_BY_HAND: [&str; 21] = [
+const WRITTEN_BY_HAND: [&str; 17] = [
     "mistake",
     "error",
-    "event",
     "column",
     "simulate",
     "ensemble",
     "sensitivity",
-    "linearize",
     "invert",
     "check",
     "screen",
-    "compare",
-    "discover",
     "track_row",
     "track",
     "track_line",
@@ -37,6 +37,10 @@ const WRITTEN_BY_HAND: [&str; 21] = [
 fn derived() -> Map<String, Value> {
     let mut generator = SchemaSettings::draft2020_12().into_generator();
     generator.subschema_for::<FitResult>();
+    generator.subschema_for::<LinearResult>();
+    generator.subschema_for::<CompareResult>();
+    generator.subschema_for::<EventEntry>();
+    generator.subschema_for::<DiscoverResult>();
     generator.take_definitions(true)
 }
 

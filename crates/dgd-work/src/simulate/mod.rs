@@ -24,6 +24,7 @@ use crate::output::quantity::short;
 use crate::output::table::push_table;
 use crate::output::{Kind, NamedColumn, TimeTable};
 use crate::request::SimulateRequest;
+use crate::result::simulate::EventEntry;
 use crate::run::jumps::tell_jumps;
 use crate::run::under_way::{stopped_by, told};
 use crate::run::{Measured, Reached, Run};
@@ -73,7 +74,7 @@ pub struct SolutionFacts {
     /// Number of steps per sample; `None` for adaptive steps.
     pub steps_per_sample: Option<u32>,
     /// Events, for programs.
-    events: Vec<Value>,
+    events: Vec<EventEntry>,
 }
 
 impl SolutionFacts {

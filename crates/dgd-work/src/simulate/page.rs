@@ -2,7 +2,6 @@
 
 use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
 use dgd_plot::{Figure, Meaning, Text};
-use serde_json::Value;
 
 use super::Simulated;
 use super::over::measured_at;
@@ -12,6 +11,7 @@ use crate::output::figure::{self, Line, Subject};
 use crate::output::page::{TIME, agreement_table, number, origin, told, words};
 use crate::output::quantity::{of_differences, short};
 use crate::output::{Kind, NamedColumn};
+use crate::result::simulate::EventEntry;
 
 /// An output with its measurements at the rows of the result, in its unit.
 pub(super) struct Compared<'a> {
@@ -117,16 +117,16 @@ pub(super) fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Opt
 }
 
 /// The events by time.
-fn events(events: &[Value]) -> Markup {
+fn events(events: &[EventEntry]) -> Markup {
     let mut table = Table::new("Events", &["time, s", "what", "from", "to"]);
-    let text = |value: &Value| match value {
-        Value::String(text) => text.clone(),
-        other => other.to_string(),
-    };
     for event in events {
-        let what = Cell::text(Markup::code(&text(&event["modes"])));
-        let (from, to) = (words(&text(&event["from"])), words(&text(&event["to"])));
-        table.rows.push(vec![number(event["t"].as_f64(), 6), what, from, to]);
+        let modes = Cell::text(Markup::code(&event.modes));
+        table.rows.push(vec![
+            number(Some(event.t), 6),
+            modes,
+            words(&event.from),
+            words(&event.to),
+        ]);
     }
     table.to_markup()
 }

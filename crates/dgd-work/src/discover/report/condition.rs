@@ -2,10 +2,10 @@
 
 use dgd_discover::{Condition, ConditionKind, FoundRegime};
 use dgd_runtime::Unit;
-use serde_json::{Value, json};
 
-use super::result_json::tidy;
+use super::result_json::number;
 use crate::output::quantity::{of_differences, percent, probability, rounded, with_unit};
+use crate::result::discover::ConditionEntry;
 
 /// Digits of a threshold: any value between those inside and outside would do.
 const DIGITS: i32 = 3;
@@ -49,9 +49,8 @@ fn holds(condition: &Condition) -> String {
     format!("while `{quantity}` {holds}")
 }
 
-/// For programs; `null` without a condition.
-pub(super) fn value(condition: Option<&Condition>) -> Value {
-    let Some(condition) = condition else { return Value::Null };
+/// For programs.
+pub(super) fn entry(condition: &Condition) -> ConditionEntry {
     let (kind, mode) = match &condition.kind {
         ConditionKind::Above => ("above", None),
         ConditionKind::Below => ("below", None),
@@ -61,17 +60,17 @@ pub(super) fn value(condition: Option<&Condition>) -> Value {
         ConditionKind::Mode(mode) => ("mode", Some(mode)),
     };
     let (threshold, unit) = threshold(condition);
-    json!({
-        "quantity": condition.quantity,
-        "kind": kind,
-        "mode": mode,
-        "threshold": threshold.map(tidy),
-        "unit": unit,
-        "over": condition.over.map(tidy),
-        "share_inside": tidy(condition.share_inside),
-        "share_outside": tidy(condition.share_outside),
-        "p_value": tidy(condition.p_value),
-    })
+    ConditionEntry {
+        quantity: condition.quantity.clone(),
+        kind: kind.to_owned(),
+        mode: mode.cloned(),
+        threshold: threshold.and_then(number),
+        unit,
+        over: condition.over.and_then(number),
+        share_inside: number(condition.share_inside),
+        share_outside: number(condition.share_outside),
+        p_value: number(condition.p_value),
+    }
 }
 
 /// The threshold in the unit of the quantity, or in that of its slope.
@@ -151,16 +150,17 @@ mod tests {
         ] {
             let condition = condition(kind, threshold, unit);
             assert_eq!(words(&condition), format!("while `x` {said}{end}"));
-            let value = value(Some(&condition));
-            assert_eq!(value["unit"], symbol);
+            let entry = entry(&condition);
+            assert_eq!(entry.unit, symbol);
             match number {
                 Some(number) => {
-                    let written = value["threshold"].as_f64().expect("a number");
+                    let written = entry.threshold.expect("a number");
                     assert!((written - number).abs() < 1e-9, "{written}");
                 }
-                None => assert!(value["threshold"].is_null() && value["mode"] == "open"),
+                None => {
+                    assert_eq!((entry.threshold, entry.mode.as_deref()), (None, Some("open")));
+                }
             }
         }
-        assert_eq!(value(None), Value::Null);
     }
 }

@@ -1,11 +1,11 @@
-//! A formula that resembles a missing term, as text and JSON.
+//! A formula that resembles a missing term, for programs and as text.
 
-use dgd_discover::{Discovery, Guess, Unexplained, Verdict};
-use serde_json::{Value, json};
+use dgd_discover::{Discovery, Guess, GuessedTerm, Unexplained, Verdict};
 
 use super::law;
-use super::result_json::tidy;
+use super::result_json::number;
 use crate::output::quantity::rounded;
+use crate::result::discover::{GuessEntry, GuessTermEntry, LawFile};
 
 /// The sentence when no formula fits.
 const NONE: &str = "no simple formula of the model’s names fits";
@@ -33,35 +33,35 @@ pub(super) fn words(unexplained: &Unexplained) -> String {
     )
 }
 
-/// For programs; `null` without a formula.
-pub(super) fn value(guess: Option<&Guess>) -> Value {
-    let Some(guess) = guess else { return Value::Null };
-    let coefficients: Vec<Value> = (guess.terms.iter())
-        .map(|term| {
-            json!({
-                "value": tidy(term.coefficient / term.unit.factor),
-                "unit": term.unit.symbol,
-                "std": term.std.map(|std| tidy(std / term.unit.factor)),
-                "factor": term.factor,
-            })
-        })
-        .collect();
-    json!({
-        "formula": guess.formula,
-        "coefficients": coefficients,
-        "r2_held_out": tidy(guess.r2_held_out),
-        "held_out": if guess.is_of_recordings { "recordings" } else { "parts" },
-        "left_before": tidy(guess.left_before),
-        "left_after": tidy(guess.left_after),
-    })
+/// For programs.
+pub(super) fn entry(guess: &Guess) -> GuessEntry {
+    let term = |term: &GuessedTerm| GuessTermEntry {
+        value: number(term.coefficient / term.unit.factor),
+        unit: term.unit.symbol.to_string(),
+        std: term.std.and_then(|std| number(std / term.unit.factor)),
+        factor: term.factor.clone(),
+    };
+    GuessEntry {
+        formula: guess.formula.clone(),
+        coefficients: guess.terms.iter().map(term).collect(),
+        r2_held_out: number(guess.r2_held_out),
+        held_out: held_out(guess.is_of_recordings).to_owned(),
+        left_before: number(guess.left_before),
+        left_after: number(guess.left_after),
+    }
+}
+
+/// What was held out.
+pub(super) fn held_out(is_of_recordings: bool) -> &'static str {
+    if is_of_recordings { "recordings" } else { "parts" }
 }
 
 /// The formula as an effect file, with its parameters and the ranges over which it was compared with recordings.
-pub(super) fn as_file(guess: &Guess, file: &str) -> Value {
-    json!({
-        "file": file,
-        "formula": guess.formula,
-        "parameters": guess.parameters.iter().map(law::constant).collect::<Vec<_>>(),
-        "range": law::ranges(&guess.ranges),
-    })
+pub(super) fn as_file(guess: &Guess, file: &str) -> LawFile {
+    LawFile {
+        file: file.to_owned(),
+        formula: guess.formula.clone(),
+        parameters: guess.parameters.iter().map(law::constant).collect(),
+        range: law::ranges(&guess.ranges),
+    }
 }

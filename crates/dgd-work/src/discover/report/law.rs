@@ -1,55 +1,59 @@
 //! A law, as text and JSON.
 
 use dgd_discover::{FoundLaw, LawParameter, LawRange, LawTerm, NearForm, RivalLaw};
-use serde_json::{Map, Value, json};
 
-use super::result_json::tidy;
+use super::result_json::{left, number};
 use crate::output::quantity::{Quantity, rounded, with_unit};
+use crate::result::ByName;
+use crate::result::discover::{
+    CoefficientEntry, LawEntry, LawTermEntry, NearEntry, RangeEntry, RivalEntry,
+};
 
 /// For programs.
-pub(super) fn value(law: &FoundLaw) -> Value {
-    let near = |near: &NearForm| json!({ "formula": near.formula, "ratio": tidy(near.ratio) });
-    json!({
-        "terms": law.terms.iter().map(term).collect::<Vec<_>>(),
-        "range": ranges(&law.ranges),
-        "near": law.near.iter().map(near).collect::<Vec<_>>(),
-    })
+pub(super) fn entry(law: &FoundLaw) -> LawEntry {
+    let near =
+        |near: &NearForm| NearEntry { formula: near.formula.clone(), ratio: number(near.ratio) };
+    LawEntry {
+        terms: law.terms.iter().map(term).collect(),
+        range: ranges(&law.ranges),
+        near: law.near.iter().map(near).collect(),
+    }
 }
 
 /// One of several rival laws, for programs.
-pub(super) fn rival(law: &RivalLaw) -> Value {
-    json!({
-        "terms": law.terms.iter().map(term).collect::<Vec<_>>(),
-        "effects": law.effects,
-        "left": { "train": tidy(law.left.0), "valid": law.left.1.map(tidy) },
-        "told_apart_by": law.told_apart_by,
-    })
+pub(super) fn rival(law: &RivalLaw) -> RivalEntry {
+    RivalEntry {
+        terms: law.terms.iter().map(term).collect(),
+        effects: law.effects.clone(),
+        left: left(law.left),
+        told_apart_by: law.told_apart_by.clone(),
+    }
 }
 
-fn term(term: &LawTerm) -> Value {
-    json!({
-        "target": term.target,
-        "formula": term.formula,
-        "coefficients": term.coefficients.iter().map(constant).collect::<Vec<_>>(),
-    })
+fn term(term: &LawTerm) -> LawTermEntry {
+    LawTermEntry {
+        target: term.target.clone(),
+        formula: term.formula.clone(),
+        coefficients: term.coefficients.iter().map(constant).collect(),
+    }
 }
 
 /// A constant in its unit.
-pub(super) fn constant(constant: &LawParameter) -> Value {
-    json!({
-        "name": constant.name,
-        "value": tidy(constant.value / constant.unit.factor),
-        "unit": constant.unit.symbol,
-        "std": constant.std.map(|std| tidy(std / constant.unit.factor)),
-    })
+pub(super) fn constant(constant: &LawParameter) -> CoefficientEntry {
+    CoefficientEntry {
+        name: constant.name.clone(),
+        value: number(constant.value / constant.unit.factor),
+        unit: constant.unit.symbol.to_string(),
+        std: constant.std.and_then(|std| number(std / constant.unit.factor)),
+    }
 }
 
 /// Recorded ranges by name, in the quantities' units.
-pub(super) fn ranges(ranges: &[LawRange]) -> Map<String, Value> {
+pub(super) fn ranges(ranges: &[LawRange]) -> ByName<RangeEntry> {
     let range = |range: &LawRange| {
-        let shown = |x: f64| tidy(x / range.unit.factor);
-        let (low, high) = (shown(range.low), shown(range.high));
-        (range.name.clone(), json!({ "low": low, "high": high, "unit": range.unit.symbol }))
+        let shown = |x: f64| number(x / range.unit.factor);
+        let unit = range.unit.symbol.to_string();
+        (range.name.clone(), RangeEntry { low: shown(range.low), high: shown(range.high), unit })
     };
     ranges.iter().map(range).collect()
 }

@@ -33,11 +33,11 @@ use dgd_data::FileSystem;
 use dgd_data::files::Files;
 use dgd_discover::Discovery;
 use dgd_plot::{Figure, Text};
-use serde_json::Value;
 
 use crate::error::WorkError;
 use crate::output::provenance::Provenance;
 use crate::request::Choices;
+use crate::result::discover::DiscoverResult;
 use figures::Correction;
 pub(crate) use summary::text as summary;
 
@@ -85,8 +85,8 @@ pub fn file_names(model: &Path) -> Vec<String> {
 }
 
 /// The result for programs.
-pub(super) fn result_json(subject: &Subject<'_>) -> Value {
-    result_json::value(subject)
+pub(super) fn result(subject: &Subject<'_>) -> DiscoverResult {
+    result_json::result(subject)
 }
 
 /// Residuals before and after the correction, on validation data if there is any.

@@ -1,149 +1,145 @@
 //! `result.json`: the result of a discovery, for programs.
-//!
-//! Numbers are in the units that the model declares. Residuals and noise are differences, whose units have no offset:
-//! `bar` for an output in `bara`, `K` for one in `°C`.
+//! Numbers are in the units that the model declares.
 
 use dgd_discover::{
-    ClosedPlace, Described, Discovery, FoundEffect, FoundRegime, Gap, ParameterValue, PlaceKind,
-    Power, Ranked, Unexplained,
+    ClosedPlace, Described, FoundEffect, FoundRegime, Gap, ParameterValue, PlaceKind, Power,
+    Ranked, Unexplained,
 };
-use serde_json::{Map, Value, json};
+use serde_json::json;
 
 use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, law, plain, together};
 use crate::output::json_text;
 use crate::output::quantity::of_differences;
+use crate::result::ByName;
+use crate::result::discover::{
+    AlternativeEntry, DescribedEntry, DiscoverResult, EffectEntry, EvidenceEntry, FormEntry,
+    FoundParameter, GapEntry, LeftEntry, PowerEntry, RankedEntry, RegimeEntry, RegimeLeft,
+    ScreenedEntry, UnexplainedEntry, UntriedEffect, UntriedPlace, UsedRecording,
+};
 
 /// The text of the file.
 pub(super) fn write(subject: &Subject<'_>) -> String {
-    json_text(&value(subject))
+    json_text(&json!(result(subject)))
 }
 
 /// The content of the file.
-pub(super) fn value(subject: &Subject<'_>) -> Value {
-    let Discovery { verdict, reason, p_value, effects, unexplained, gap, .. } = subject.discovery;
-    let Discovery { traces, ranking, screened, .. } = subject.discovery;
-    let not_tried: Vec<Value> = (subject.discovery.not_tried.iter())
-        .map(|(name, why)| json!({ "name": name, "reason": why }))
-        .collect();
-    let recordings: Vec<Value> = traces
-        .iter()
-        .map(|trace| {
-            let (name, held_out, from) = (&trace.name, trace.held_out, trace.counts_from);
-            json!({ "name": name, "held_out": held_out, "counts_from": from })
-        })
-        .collect();
-    let held_out = traces.iter().filter(|trace| trace.held_out);
-    let counts_from: Vec<Option<f64>> = held_out.map(|trace| trace.counts_from).collect();
-    let screened: Vec<Value> = screened
-        .iter()
-        .map(|candidate| json!({ "name": candidate.name, "share": tidy(candidate.share) }))
-        .collect();
-    let described: Vec<Value> =
-        subject.discovery.described.iter().enumerate().map(of_described).collect();
-    let closed: Vec<Value> = subject.discovery.closed.iter().map(of_closed).collect();
-    let mut result = json!({
-        "verdict": verdict.word(),
-        "reason": reason,
-        "p_value": p_value.map(tidy),
-        "reservations": subject.reservations,
-        "model": subject.model_name(),
-        "model_file": subject.model.display().to_string(),
-        "effects": effects.iter().map(effect).collect::<Vec<_>>(),
-        "law": subject.discovery.law.as_ref().map(law::value),
-        "regime": subject.discovery.regime.as_ref().map(regime),
-        "rivals": subject.discovery.rivals.iter().map(law::rival).collect::<Vec<_>>(),
-        "plain": subject.discovery.plain.as_ref().map(plain::value),
-        "described": described,
-        "unexplained": unexplained.iter().enumerate().map(left_over).collect::<Vec<_>>(),
-        "places_not_tried": closed,
-        "power": subject.discovery.power.iter().map(smallest).collect::<Vec<_>>(),
-        "gap": named(gap.iter().map(|gap| (&gap.output, errors(gap)))),
-        "parameters": parameters(&subject.discovery.corrected_parameters),
-        "base_parameters": parameters(&subject.discovery.base_parameters),
-        "recordings": recordings,
-        "counts_from": counts_from,
-        "ranking": ranking.iter().map(ranked).collect::<Vec<_>>(),
-        "screened": screened,
-        "not_tried": not_tried,
+pub(super) fn result(subject: &Subject<'_>) -> DiscoverResult {
+    let discovery = subject.discovery;
+    let recordings = discovery.traces.iter().map(|trace| UsedRecording {
+        name: trace.name.clone(),
+        held_out: trace.held_out,
+        counts_from: trace.counts_from,
     });
-    if let Some(provenance) = subject.provenance {
-        provenance.push_json(&mut result);
+    let held_out = discovery.traces.iter().filter(|trace| trace.held_out);
+    let screened = discovery.screened.iter().map(|candidate| ScreenedEntry {
+        name: candidate.name.clone(),
+        share: number(candidate.share),
+    });
+    let not_tried = discovery
+        .not_tried
+        .iter()
+        .map(|(name, reason)| UntriedEffect { name: name.clone(), reason: reason.clone() });
+    DiscoverResult {
+        verdict: discovery.verdict.word().to_owned(),
+        reason: discovery.reason.clone(),
+        p_value: discovery.p_value.and_then(number),
+        reservations: subject.reservations.to_vec(),
+        model: subject.model_name(),
+        model_file: subject.model.display().to_string(),
+        effects: discovery.effects.iter().map(effect).collect(),
+        law: discovery.law.as_ref().map(law::entry),
+        regime: discovery.regime.as_ref().map(regime),
+        rivals: discovery.rivals.iter().map(law::rival).collect(),
+        plain: discovery.plain.as_ref().map(plain::entry),
+        described: discovery.described.iter().enumerate().map(described).collect(),
+        unexplained: discovery.unexplained.iter().enumerate().map(left_over).collect(),
+        places_not_tried: discovery.closed.iter().map(untried).collect(),
+        power: discovery.power.iter().map(smallest).collect(),
+        gap: discovery.gap.iter().map(|gap| (gap.output.clone(), errors(gap))).collect(),
+        parameters: parameters(&discovery.corrected_parameters),
+        base_parameters: parameters(&discovery.base_parameters),
+        recordings: recordings.collect(),
+        counts_from: held_out.map(|trace| trace.counts_from).collect(),
+        ranking: discovery.ranking.iter().map(ranked).collect(),
+        screened: screened.collect(),
+        not_tried: not_tried.collect(),
+        provenance: subject.provenance.cloned(),
     }
-    result
 }
 
-fn effect(effect: &FoundEffect) -> Value {
-    let alternatives: Vec<Value> = effect
-        .alternatives
-        .iter()
-        .map(|other| {
-            let ratio = tidy(other.valid_ratio);
-            json!({ "name": other.name, "form": other.form, "valid_ratio": ratio })
-        })
-        .collect();
-    let other_forms: Vec<Value> = effect
-        .other_forms
-        .iter()
-        .map(|other| json!({ "form": other.form, "valid_ratio": tidy(other.valid_ratio) }))
-        .collect();
-    json!({
-        "name": effect.name,
-        "kind": effect.kind,
-        "form": effect.form,
-        "target": effect.target,
-        "alternatives": alternatives,
-        "other_forms": other_forms,
-        "told_apart_by": effect.told_apart_by,
-        "onset": effect.onset.map(tidy),
-        "windows": windows(&effect.windows),
-        "condition": condition::value(effect.condition.as_ref()),
-        "parameters": parameters(&effect.parameters),
-        "evidence": {
-            "p_value": tidy(effect.evidence.p_value),
-            "resamples": effect.evidence.resamples,
-            "bic_gain": tidy(effect.evidence.bic_gain),
-            "inclusion": tidy(effect.evidence.inclusion),
+fn effect(effect: &FoundEffect) -> EffectEntry {
+    let alternatives = effect.alternatives.iter().map(|other| AlternativeEntry {
+        name: other.name.clone(),
+        form: other.form.clone(),
+        valid_ratio: number(other.valid_ratio),
+    });
+    let other_forms = effect.other_forms.iter().map(|other| FormEntry {
+        form: other.form.clone(),
+        valid_ratio: number(other.valid_ratio),
+    });
+    EffectEntry {
+        name: effect.name.clone(),
+        kind: effect.kind.to_owned(),
+        form: effect.form.clone(),
+        target: effect.target.clone(),
+        alternatives: alternatives.collect(),
+        other_forms: other_forms.collect(),
+        told_apart_by: effect.told_apart_by.clone(),
+        onset: effect.onset.and_then(number),
+        windows: windows(&effect.windows),
+        condition: effect.condition.as_ref().map(condition::entry),
+        parameters: parameters(&effect.parameters),
+        evidence: EvidenceEntry {
+            p_value: number(effect.evidence.p_value),
+            resamples: effect.evidence.resamples,
+            bic_gain: number(effect.evidence.bic_gain),
+            inclusion: number(effect.evidence.inclusion),
         },
-    })
+    }
 }
 
-fn of_described((k, described): (usize, &Described)) -> Value {
+fn described((k, described): (usize, &Described)) -> DescribedEntry {
     let file = kept_apart::described(k);
     let apply = match described.arguments.as_slice() {
         [] => file.clone(),
         arguments => format!("{file}({})", arguments.join(", ")),
     };
-    json!({
-        "name": described.name,
-        "kind": described.kind,
-        "form": described.form,
-        "target": described.target,
-        "parameters": parameters(&described.parameters),
-        "left": { "train": tidy(described.left.0), "valid": described.left.1.map(tidy) },
-        "file": file,
-        "apply": apply,
-    })
+    DescribedEntry {
+        name: described.name.clone(),
+        kind: described.kind.to_owned(),
+        form: described.form.clone(),
+        target: described.target.clone(),
+        parameters: parameters(&described.parameters),
+        left: left(described.left),
+        file,
+        apply,
+    }
 }
 
-fn regime(regime: &FoundRegime) -> Value {
-    json!({
-        "condition": condition::value(Some(&regime.condition)),
-        "left": { "outside": tidy(regime.outside), "inside": tidy(regime.inside) },
-        "parameters": parameters(&regime.parameters),
-    })
+/// Residual variances in training and validation.
+pub(super) fn left((train, valid): (f64, Option<f64>)) -> LeftEntry {
+    LeftEntry { train: number(train), valid: valid.and_then(number) }
 }
 
-fn of_closed(closed: &ClosedPlace) -> Value {
-    json!({ "target": closed.place.called(), "reason": closed.reason })
+fn regime(regime: &FoundRegime) -> RegimeEntry {
+    RegimeEntry {
+        condition: Some(condition::entry(&regime.condition)),
+        left: RegimeLeft { outside: number(regime.outside), inside: number(regime.inside) },
+        parameters: parameters(&regime.parameters),
+    }
 }
 
-fn smallest(power: &Power) -> Value {
-    json!({
-        "name": power.name,
-        "parameter": power.parameter,
-        "smallest": tidy(power.smallest / power.unit.factor),
-        "unit": of_differences(&power.unit).symbol,
-    })
+fn untried(closed: &ClosedPlace) -> UntriedPlace {
+    UntriedPlace { target: closed.place.called().to_string(), reason: closed.reason.to_string() }
+}
+
+fn smallest(power: &Power) -> PowerEntry {
+    PowerEntry {
+        name: power.name.clone(),
+        parameter: power.parameter.clone(),
+        smallest: number(power.smallest / power.unit.factor),
+        unit: of_differences(&power.unit).symbol.to_string(),
+    }
 }
 
 /// The kind of equation that lacks a term.
@@ -156,72 +152,76 @@ fn kind(kind: PlaceKind) -> &'static str {
     }
 }
 
-fn left_over((k, unexplained): (usize, &Unexplained)) -> Value {
-    json!({
-        "target": unexplained.target,
-        "kind": kind(unexplained.trace.place.kind),
-        "tied": unexplained.is_tied,
-        "joint": unexplained.is_joint,
-        "left": unexplained.left.map(tidy),
-        "objection": unexplained.objection,
-        "told_apart_by": unexplained.told_apart_by,
-        "gain": tidy(unexplained.gain),
-        "windows": windows(&unexplained.windows),
-        "condition": condition::value(unexplained.condition.as_ref()),
-        "together": together::value(&unexplained.together),
-        "trace": UNEXPLAINED,
-        "description": unexplained.description,
-        "guess": guess::value(unexplained.guess.as_ref()),
-        "law": unexplained.guess.as_ref().map(|guess| guess::as_file(guess, &kept_apart::law(k))),
-    })
+fn left_over((k, unexplained): (usize, &Unexplained)) -> UnexplainedEntry {
+    let guess = unexplained.guess.as_ref();
+    UnexplainedEntry {
+        target: unexplained.target.clone(),
+        kind: kind(unexplained.trace.place.kind).to_owned(),
+        tied: unexplained.is_tied,
+        joint: unexplained.is_joint,
+        left: unexplained.left.and_then(number),
+        objection: unexplained.objection.clone(),
+        told_apart_by: unexplained.told_apart_by.clone(),
+        gain: number(unexplained.gain),
+        windows: windows(&unexplained.windows),
+        condition: unexplained.condition.as_ref().map(condition::entry),
+        together: unexplained.together.iter().map(together::entry).collect(),
+        trace: UNEXPLAINED.to_owned(),
+        description: unexplained.description.clone(),
+        guess: guess.map(guess::entry),
+        law: guess.map(|guess| guess::as_file(guess, &kept_apart::law(k))),
+    }
 }
 
-fn errors(gap: &Gap) -> Value {
+fn errors(gap: &Gap) -> GapEntry {
     let unit = of_differences(&gap.unit);
-    let shown = |error: f64| tidy(error / unit.factor);
-    json!({
-        "unit": unit.symbol,
-        "noise": shown(gap.noise),
-        "train_before": shown(gap.train_before),
-        "train_after": shown(gap.train_after),
-        "valid_before": shown(gap.valid_before),
-        "valid_after": shown(gap.valid_after),
-        "condition": condition::value(gap.condition.as_ref()),
-    })
+    let shown = |error: f64| number(error / unit.factor);
+    GapEntry {
+        noise: shown(gap.noise),
+        train_before: shown(gap.train_before),
+        train_after: shown(gap.train_after),
+        valid_before: shown(gap.valid_before),
+        valid_after: shown(gap.valid_after),
+        condition: gap.condition.as_ref().map(condition::entry),
+        unit: unit.symbol.to_string(),
+    }
 }
 
-fn ranked(ranked: &Ranked) -> Value {
-    json!({
-        "effects": ranked.effects,
-        "train": tidy(ranked.train),
-        "valid": ranked.valid.map(tidy),
-        "bic": tidy(ranked.bic),
-        "note": ranked.note,
-    })
+fn ranked(ranked: &Ranked) -> RankedEntry {
+    RankedEntry {
+        effects: ranked.effects.clone(),
+        train: number(ranked.train),
+        valid: ranked.valid.and_then(number),
+        bic: number(ranked.bic),
+        note: ranked.note.clone(),
+    }
 }
 
-fn parameters(parameters: &[ParameterValue]) -> Value {
-    named(parameters.iter().map(|parameter| {
+fn parameters(parameters: &[ParameterValue]) -> ByName<FoundParameter> {
+    let entry = |parameter: &ParameterValue| {
         let unit = &parameter.unit;
-        let value = json!({
-            "value": tidy(unit.from_si(parameter.value)),
-            "unit": unit.symbol,
-            "std": parameter.std.map(|std| tidy(std / unit.factor)),
-            "std_model": parameter.std_model.map(|std| tidy(std / unit.factor)),
-        });
-        (&parameter.name, value)
-    }))
+        let spread = |std: Option<f64>| std.and_then(|std| number(std / unit.factor));
+        let entry = FoundParameter {
+            value: number(unit.from_si(parameter.value)),
+            unit: unit.symbol.to_string(),
+            std: spread(parameter.std),
+            std_model: spread(parameter.std_model),
+        };
+        (parameter.name.clone(), entry)
+    };
+    parameters.iter().map(entry).collect()
 }
 
 fn windows(windows: &[[f64; 2]]) -> Vec<[f64; 2]> {
     windows.iter().map(|window| window.map(tidy)).collect()
 }
 
-fn named<'a>(entries: impl Iterator<Item = (&'a String, Value)>) -> Value {
-    Value::Object(entries.map(|(name, value)| (name.clone(), value)).collect::<Map<_, _>>())
+/// A number of the result; `None` if it is not finite.
+pub(super) fn number(value: f64) -> Option<f64> {
+    value.is_finite().then(|| tidy(value))
 }
 
 /// Rounds to twelve digits, which removes the rounding of unit conversions.
-pub(super) fn tidy(value: f64) -> f64 {
+fn tidy(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }

@@ -1,10 +1,11 @@
 //! The quantities that a missing term correlates with, as text and JSON.
 
 use dgd_discover::{Course, Together};
-use serde_json::{Value, json};
 
-use super::result_json::tidy;
+use super::guess::held_out;
+use super::result_json::number;
 use crate::output::quantity::rounded;
+use crate::result::discover::CourseEntry;
 
 /// As text: ``falls where `z` grows (R² 0.93); R² on other recordings``. Names are between backticks; `None` without a
 /// correlation.
@@ -33,19 +34,16 @@ fn one(together: &Together) -> String {
 }
 
 /// For programs.
-pub(super) fn value(all: &[Together]) -> Vec<Value> {
-    let value = |one: &Together| {
-        let course = match one.course {
-            Course::Rises => "rises",
-            Course::Falls => "falls",
-            Course::Turns => "turns",
-        };
-        json!({
-            "quantity": one.quantity,
-            "course": course,
-            "r2_held_out": tidy(one.r2),
-            "held_out": if one.is_of_recordings { "recordings" } else { "parts" },
-        })
+pub(super) fn entry(together: &Together) -> CourseEntry {
+    let course = match together.course {
+        Course::Rises => "rises",
+        Course::Falls => "falls",
+        Course::Turns => "turns",
     };
-    all.iter().map(value).collect()
+    CourseEntry {
+        quantity: together.quantity.clone(),
+        course: course.to_owned(),
+        r2_held_out: number(together.r2),
+        held_out: held_out(together.is_of_recordings).to_owned(),
+    }
 }

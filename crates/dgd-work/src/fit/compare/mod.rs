@@ -27,6 +27,7 @@ use crate::output::agreement::Agreement;
 use crate::output::json_text;
 use crate::output::provenance::Provenance;
 use crate::request::CompareRequest;
+use crate::result::compare::{BestContenders, CompareResult, FailedEntry, LikelihoodRatioEntry};
 use crate::session::Session;
 use contender::Named;
 use fitting::Fits;
@@ -169,33 +170,37 @@ impl Comparison {
         numbers.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
     }
 
+    /// The result, for programs.
+    pub fn result(&self) -> CompareResult {
+        let name = |k: Option<usize>| k.map(|k| self.contenders[k].name.clone());
+        let ratio = |one: &LikelihoodRatio| LikelihoodRatioEntry {
+            null: self.contenders[one.null].name.clone(),
+            alternative: self.contenders[one.alternative].name.clone(),
+            statistic: one.statistic,
+            degrees_of_freedom: one.degrees_of_freedom,
+            p_value: one.p_value,
+        };
+        let failed = |one: &FailedContender| FailedEntry {
+            name: one.name.clone(),
+            reason: one.reason.clone(),
+        };
+        CompareResult {
+            contenders: (0..self.contenders.len()).map(|k| summary::entry(self, k)).collect(),
+            failed: self.failed.iter().map(failed).collect(),
+            samples: self.common.samples(),
+            likelihood_ratios: self.ratios.iter().map(ratio).collect(),
+            least: BestContenders {
+                aic: name(self.least(|k| self.contenders[k].score.aic())),
+                bic: name(self.least(|k| self.contenders[k].score.bic())),
+                valid: name(self.least(|k| self.relative_error(k, true))),
+            },
+            provenance: self.provenance.clone(),
+        }
+    }
+
     /// As JSON.
     pub fn to_json(&self) -> Value {
-        let contenders: Vec<Value> =
-            (0..self.contenders.len()).map(|k| summary::entry(self, k)).collect();
-        let name = |k: Option<usize>| k.map(|k| &self.contenders[k].name);
-        let ratio = |one: &LikelihoodRatio| {
-            json!({
-                "null": self.contenders[one.null].name,
-                "alternative": self.contenders[one.alternative].name,
-                "statistic": one.statistic,
-                "degrees_of_freedom": one.degrees_of_freedom,
-                "p_value": one.p_value,
-            })
-        };
-        let mut result = json!({
-            "contenders": contenders,
-            "failed": self.failed.iter().map(summary::failed_entry).collect::<Vec<_>>(),
-            "samples": self.common.samples(),
-            "likelihood_ratios": self.ratios.iter().map(ratio).collect::<Vec<_>>(),
-            "least": {
-                "aic": name(self.least(|k| self.contenders[k].score.aic())),
-                "bic": name(self.least(|k| self.contenders[k].score.bic())),
-                "valid": name(self.least(|k| self.relative_error(k, true))),
-            },
-        });
-        self.provenance.push_json(&mut result);
-        result
+        json!(self.result())
     }
 
     /// As text.

@@ -45,8 +45,7 @@ fn criteria(all: &Comparison) -> Markup {
     table.head[0] = Markup::text("label");
     for (k, contender) in all.contenders.iter().enumerate() {
         let entry = summary::entry(all, k);
-        let score = |key: &str| {
-            let value = entry[key].as_f64();
+        let score = |value: Option<f64>| {
             let shown = value.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
             Cell::number(&shown.replace('-', "−"), value)
         };
@@ -54,12 +53,12 @@ fn criteria(all: &Comparison) -> Markup {
             words(&contender.label),
             name(&contender.name),
             count(contender.score.estimates),
-            score("deviance"),
-            score("aic_above_least"),
-            score("bic_above_least"),
+            score(entry.deviance),
+            score(entry.aic_above_least),
+            score(entry.bic_above_least),
             number(all.relative_error(k, false), 3),
             number(all.relative_error(k, true), 3),
-            words(entry["status"].as_str().unwrap_or_default()),
+            words(entry.status.name()),
         ]);
     }
     for one in &all.failed {

@@ -1,63 +1,48 @@
-//! The summary of a comparison, as text and JSON.
+//! The summary of a comparison, for programs and as text.
 
 use std::fmt::Write as _;
 
-use serde_json::{Map, Value, json};
-
-use super::{Comparison, FailedContender};
+use super::Comparison;
 use crate::output::agreement::Agreement;
 use crate::output::quantity::{Quantity, short};
 use crate::output::table::{push_table, significant};
+use crate::result::compare::{ContenderEntry, ContenderOutput, RelativeError};
+use crate::result::fit::FitStatus;
 
 /// One contender, for programs.
-pub(super) fn entry(all: &Comparison, k: usize) -> Value {
+pub(super) fn entry(all: &Comparison, k: usize) -> ContenderEntry {
     let contender = &all.contenders[k];
     let least =
         |number: &dyn Fn(usize) -> Option<f64>| Some(number(k)? - number(all.least(number)?)?);
     let aic = |k: usize| all.contenders[k].score.aic();
     let bic = |k: usize| all.contenders[k].score.bic();
-    let mut outputs = Map::new();
-    for (i, (name, unit)) in all.outputs().enumerate() {
-        let agreement = |is_valid| all.agreement(k, i, is_valid).map(told);
-        let entry = json!({ "unit": unit, "train": agreement(false), "valid": agreement(true) });
-        outputs.insert(name.to_owned(), entry);
-    }
+    let outputs = all.outputs().enumerate().map(|(i, (name, unit))| {
+        let agreement = |is_valid| all.agreement(k, i, is_valid);
+        let unit = unit.to_owned();
+        (name, ContenderOutput { unit, train: agreement(false), valid: agreement(true) })
+    });
     let result = contender.fitted.result();
-    json!({
-        "name": contender.name,
-        "model": contender.named.model.display().to_string(),
-        "model_digest": contender.fitted.provenance.model,
-        "variants": contender.named.choices.variant,
-        "effects": contender.named.choices.apply,
-        "converged": result.converged,
-        "status": result.status,
-        "parameters": result.parameters,
-        "estimates": contender.score.estimates,
-        "deviance": contender.score.deviance,
-        "aic": contender.score.aic(),
-        "bic": contender.score.bic(),
-        "aic_above_least": least(&aic),
-        "bic_above_least": least(&bic),
-        "relative_error": {
-            "train": all.relative_error(k, false),
-            "valid": all.relative_error(k, true),
+    ContenderEntry {
+        name: contender.name.clone(),
+        model: contender.named.model.display().to_string(),
+        model_digest: contender.fitted.provenance.model.clone(),
+        variants: contender.named.choices.variant.clone(),
+        effects: contender.named.choices.apply.clone(),
+        converged: result.converged,
+        status: result.status,
+        parameters: result.parameters.clone(),
+        estimates: contender.score.estimates,
+        deviance: contender.score.deviance,
+        aic: aic(k),
+        bic: bic(k),
+        aic_above_least: least(&aic),
+        bic_above_least: least(&bic),
+        relative_error: RelativeError {
+            train: all.relative_error(k, false),
+            valid: all.relative_error(k, true),
         },
-        "outputs": outputs,
-    })
-}
-
-/// A contender that could not be fitted, for programs.
-pub(super) fn failed_entry(failed: &FailedContender) -> Value {
-    json!({ "name": failed.name, "reason": failed.reason })
-}
-
-fn told(agreement: Agreement) -> Value {
-    json!({
-        "samples": agreement.samples,
-        "rms": agreement.rms,
-        "bias": agreement.bias,
-        "fit_percent": agreement.fit_percent,
-    })
+        outputs: outputs.collect(),
+    }
 }
 
 /// The conclusion, in a sentence.
@@ -153,7 +138,7 @@ pub(super) fn text(all: &Comparison) -> String {
             let above = own.zip(least).map(|(own, least)| own - least);
             above.map_or_else(|| "-".to_owned(), |above| format!("+{above:.1}"))
         };
-        let status = contender.fitted.result().status;
+        let status = Some(contender.fitted.result().status);
         table.push([
             contender.label.clone(),
             score.estimates.to_string(),
@@ -162,7 +147,10 @@ pub(super) fn text(all: &Comparison) -> String {
             above(score.bic(), least_bic.and_then(|k| all.contenders[k].score.bic())),
             number(all.relative_error(k, false), 3),
             number(all.relative_error(k, true), 3),
-            status.remark().to_owned(),
+            status
+                .filter(|status| *status != FitStatus::Done)
+                .map_or("", FitStatus::name)
+                .to_owned(),
         ]);
     }
     let dashes = || std::iter::repeat_n("-".to_owned(), 6);

@@ -1,57 +1,53 @@
-//! Wrong constants of the model and faults of the recordings, as text and JSON.
+//! Wrong constants of the model and faults of the recordings, for programs and as text.
 
 mod differing;
 
 use std::fmt::Write;
 
 use dgd_discover::{PlainCause, PlainCauses, PlainKind, RecordingsValue, StuckSince};
-use serde_json::{Value, json};
 
-use super::result_json::tidy;
+use super::result_json::number;
 use crate::output::quantity::{Quantity, short, with_unit};
+use crate::result::discover::{CauseEntry, GroupValue, PlainResult, StuckEntry};
 
 /// For programs.
-pub(super) fn value(plain: &PlainCauses) -> Value {
+pub(super) fn entry(plain: &PlainCauses) -> PlainResult {
     let cause = |cause: &PlainCause| {
         let value = cause.value.as_ref();
-        let shown = |x: Option<f64>| value.zip(x).map(|(of, x)| tidy(of.unit.from_si(x)));
-        let std = value.and_then(|of| of.std.map(|std| tidy(std / of.unit.factor)));
-        json!({
-            "kind": cause.kind.word(),
-            "name": cause.name,
-            "with": cause.with,
-            "declared": shown(cause.declared),
-            "value": shown(value.map(|of| of.value)),
-            "std": std,
-            "unit": cause.unit,
-            "meant_in": cause.meant_in,
-            "since": cause.since.iter().map(stuck).collect::<Vec<_>>(),
-            "values": cause.values.iter().map(of_recordings).collect::<Vec<_>>(),
-        })
+        let shown = |x: Option<f64>| value.zip(x).and_then(|(of, x)| number(of.unit.from_si(x)));
+        CauseEntry {
+            kind: cause.kind.word().to_owned(),
+            name: cause.name.clone(),
+            with: cause.with.clone(),
+            declared: shown(cause.declared),
+            value: shown(value.map(|of| of.value)),
+            std: value.and_then(|of| number(of.std? / of.unit.factor)),
+            unit: cause.unit.clone(),
+            meant_in: cause.meant_in.clone(),
+            since: cause.since.iter().map(stuck).collect(),
+            values: cause.values.iter().map(of_recordings).collect(),
+        }
     };
-    json!({
-        "causes": plain.causes.iter().map(cause).collect::<Vec<_>>(),
-        "effects": plain.effects,
-    })
+    PlainResult { causes: plain.causes.iter().map(cause).collect(), effects: plain.effects.clone() }
 }
 
-fn stuck(own: &StuckSince) -> Value {
+fn stuck(own: &StuckSince) -> StuckEntry {
     let value = &own.value;
-    json!({
-        "recording": own.recording,
-        "time": tidy(own.time),
-        "value": tidy(value.unit.from_si(value.value)),
-    })
+    StuckEntry {
+        recording: own.recording.clone(),
+        time: number(own.time),
+        value: number(value.unit.from_si(value.value)),
+    }
 }
 
-fn of_recordings(own: &RecordingsValue) -> Value {
+fn of_recordings(own: &RecordingsValue) -> GroupValue {
     let value = &own.value;
-    json!({
-        "recordings": own.recordings,
-        "held_out": own.held_out,
-        "value": tidy(value.unit.from_si(value.value)),
-        "std": value.std.map(|std| tidy(std / value.unit.factor)),
-    })
+    GroupValue {
+        recordings: own.recordings.clone(),
+        held_out: own.held_out.clone(),
+        value: number(value.unit.from_si(value.value)),
+        std: value.std.and_then(|std| number(std / value.unit.factor)),
+    }
 }
 
 /// The cause, and the causes that the recordings cannot tell from it; names are between backticks.
