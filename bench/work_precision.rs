@@ -15,9 +15,9 @@ use std::time::Duration;
 use dgd_bench::measure;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::program::Program;
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_data::{Table, read};
 use dgd_execute::{Engine, Interpreted, Loaded};
@@ -71,7 +71,7 @@ fn main() {
 /// Measures the time to compile a model to native code, and prints it.
 fn compilation(model: &str) {
     let program = program(model, &[]);
-    let operations = |function: &dgd_compiler::program::Function| {
+    let operations = |function: &dgd_compiler::program::ProgramFunction| {
         function.body.len() + function.loops.iter().map(|part| part.body.len()).sum::<usize>()
     };
     let system = || Loaded::with_engine(program.clone(), Engine::Native);
@@ -165,7 +165,7 @@ fn root() -> &'static Path {
 
 fn reference(flow: &str) -> Table {
     let path = root().join(format!("tests/reference/bench_two_state_{flow}.csv"));
-    read(&path, &mut Sources::default(), &mut Diagnostics::default()).expect("a reference")
+    read(&path, &mut SourceMap::default(), &mut Diagnostics::default()).expect("a reference")
 }
 
 fn program(model: &str, variants: &[(&str, &str)]) -> Program {
@@ -175,11 +175,11 @@ fn program(model: &str, variants: &[(&str, &str)]) -> Program {
     let variants = variants.iter().map(|(variant, choice)| (name(variant), name(choice)));
     let options = ModelOptions { variants: variants.collect(), ..ModelOptions::default() };
     let compiled = compile(
-        Source { name: path.display().to_string(), text },
+        SourceText { name: path.display().to_string(), text },
         &options,
-        &Directions::All,
+        &SensitivityDirections::All,
         &mut |path| std::fs::read_to_string(path).map_err(|error| error.to_string()),
-        &mut Sources::default(),
+        &mut SourceMap::default(),
         &mut Diagnostics::default(),
     );
     compiled.expect("a sound model").program

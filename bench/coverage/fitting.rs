@@ -2,8 +2,8 @@
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_execute::Loaded;
 use dgd_identify::filter::{
     Level, PredictionErrorProblem, prediction_error, prediction_error_profiles,
@@ -24,13 +24,13 @@ pub(super) struct Held {
 pub(super) fn system(problem: Problem) -> Loaded {
     let directions = match problem {
         Problem::Substrate | Problem::Siphon => {
-            Directions::Estimated { free: Vec::new(), fixed: Vec::new() }
+            SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() }
         }
-        Problem::Room => Directions::Tracked { free: Vec::new(), fixed: Vec::new() },
+        Problem::Room => SensitivityDirections::Tracked { free: Vec::new(), fixed: Vec::new() },
     };
     let name = format!("{}.dgd", problem.name());
-    let main = Source { name, text: problem.model().to_owned() };
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let main = SourceText { name, text: problem.model().to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut imports = |path: &str| Err(format!("there is no {path}"));
     let options = ModelOptions::default();
     let compiled =

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use dgd_compiler::codegen::generate;
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_runtime::Solved;
 
 use crate::grammar;
@@ -25,7 +25,7 @@ pub fn program(seeds: std::ops::Range<u64>, without: &[String]) -> (String, usiz
     let (mut modules, mut calls, mut count) = (String::new(), String::new(), 0);
     for seed in seeds {
         let case = grammar::case(seed, without);
-        let made = std::panic::catch_unwind(|| compiled(&case, &Directions::All));
+        let made = std::panic::catch_unwind(|| compiled(&case, &SensitivityDirections::All));
         let Ok(Ok((compiled, sources))) = made else { continue };
         let tokens = generate(&compiled.program, &format!("m{seed}"), &sources).to_string();
         // Formatted, so that rustc's messages are readable.

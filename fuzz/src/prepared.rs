@@ -1,10 +1,10 @@
 //! A compiled and loaded case.
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported, render};
-use dgd_compiler::effects::{Application, Blending, Effect, apply};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported, render};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectBlending, apply};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile, compile_asts, load};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::parse;
 use dgd_execute::{Engine, Interpreted, Loaded};
 use dgd_runtime::{
@@ -20,7 +20,7 @@ const MOST_STEPS: usize = 40_000;
 
 /// A case ready to run.
 pub(crate) struct Prepared {
-    pub compiled: Compiled,
+    pub compiled: CompiledStages,
     pub system: Interpreted,
     /// Compiled on first use.
     pub native: Loaded,
@@ -35,26 +35,26 @@ pub(crate) const EFFECT: &str = "applied.dgd";
 /// Runs stages 1 to 4 on a case's text, with its effect applied if there is one.
 pub(crate) fn compiled(
     case: &Case,
-    directions: &Directions,
-) -> Result<(Compiled, Sources), Finding> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    directions: &SensitivityDirections,
+) -> Result<(CompiledStages, SourceMap), Finding> {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let made = stages(case, directions, &mut sources, &mut diagnostics);
     if let Ok(compiled) = made {
         return Ok((compiled, sources));
     }
     let sorted = diagnostics.sorted();
     let code = sorted.first().map_or_else(String::new, |first| format!("{:?}", first.code));
-    let text = render::render(&sorted, &sources, render::Style::Plain);
+    let text = render::render(&sorted, &sources, render::RenderStyle::Plain);
     Err(Finding::new("accepted", code, text))
 }
 
 fn stages(
     case: &Case,
-    directions: &Directions,
-    sources: &mut Sources,
+    directions: &SensitivityDirections,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Compiled, Reported> {
-    let main = Source { name: "m.dgd".to_owned(), text: case.model.clone() };
+) -> Result<CompiledStages, ErrorReported> {
+    let main = SourceText { name: "m.dgd".to_owned(), text: case.model.clone() };
     let mut read = |path: &str| {
         case.files.get(path).cloned().ok_or_else(|| "there is no such file".to_owned())
     };
@@ -69,16 +69,17 @@ fn stages(
         );
     };
     let asts = load(main, &mut read, sources, diagnostics)?;
-    let id = sources.add(Source { name: EFFECT.to_owned(), text: text.clone() });
+    let id = sources.add(SourceText { name: EFFECT.to_owned(), text: text.clone() });
     let effect = Effect::read(parse(id, sources, diagnostics)?, diagnostics)?;
-    let application = Application { effect: &effect, arguments: Vec::new(), span: Span::default() };
-    let applied = apply(&asts, &[application], Blending::Applied, diagnostics)?;
+    let application =
+        EffectApplication { effect: &effect, arguments: Vec::new(), span: Span::default() };
+    let applied = apply(&asts, &[application], EffectBlending::Applied, diagnostics)?;
     compile_asts(applied.asts, &ModelOptions::default(), directions, diagnostics)
 }
 
 impl Prepared {
     pub(crate) fn new(case: &Case) -> Result<Self, Finding> {
-        let (compiled, _) = compiled(case, &Directions::All)?;
+        let (compiled, _) = compiled(case, &SensitivityDirections::All)?;
         let system = Interpreted::new(compiled.program.clone());
         let native = Loaded::with_engine(compiled.program.clone(), Engine::Native);
         let signature = system.signature();

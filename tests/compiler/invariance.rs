@@ -9,8 +9,8 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
 use dgd_compiler::program::{Direction, lower};
-use dgd_compiler::source::{Source, Sources};
-use dgd_compiler::syntax::ast::{Ast, AttributeKind, Expr, ExprKind, Item, ItemKind, Unit};
+use dgd_compiler::source::{SourceMap, SourceText};
+use dgd_compiler::syntax::ast::{Ast, AttributeKind, Expr, ExprKind, Item, ItemKind, WrittenUnit};
 use dgd_compiler::syntax::{parse, places, print};
 use dgd_compiler::units::parse_unit;
 use dgd_execute::Interpreted;
@@ -20,8 +20,8 @@ use crate::golden::files;
 use crate::support::{Noise, input_values, model_files, root};
 
 fn parsed(name: &str, text: &str) -> Option<Ast> {
-    let mut sources = Sources::default();
-    let id = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
+    let mut sources = SourceMap::default();
+    let id = sources.add(SourceText { name: name.to_owned(), text: text.to_owned() });
     parse(id, &sources, &mut Diagnostics::default()).ok()
 }
 
@@ -44,9 +44,9 @@ fn what_is_printed_is_read_as_the_same() {
 
 fn trees(path: &Path) -> Vec<Ast> {
     let text = fs::read_to_string(path).expect("a model file");
-    let main = Source { name: path.display().to_string(), text };
+    let main = SourceText { name: path.display().to_string(), text };
     let mut read = |path: &str| fs::read_to_string(path).map_err(|error| error.to_string());
-    load(main, &mut read, &mut Sources::default(), &mut Diagnostics::default())
+    load(main, &mut read, &mut SourceMap::default(), &mut Diagnostics::default())
         .expect("the repository's models parse")
 }
 
@@ -249,7 +249,7 @@ fn converted(item: &Item) -> Option<Item> {
             | AttributeKind::Beyond(_) => {}
         }
     }
-    *unit = Some(Unit::new(written.span, other));
+    *unit = Some(WrittenUnit::new(written.span, other));
     Some(item)
 }
 

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use dgd_compiler::expr::intrinsics::{Definition, INTRINSICS};
+use dgd_compiler::expr::intrinsics::{INTRINSICS, IntrinsicDefinition};
 use dgd_execute::Interpreted;
 use dgd_runtime::{
     Column, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem, Solution,
@@ -589,7 +589,7 @@ fn sensitivities_are_those_of_every_method() {
 #[test]
 fn every_function_has_an_enclosure() {
     for function in INTRINSICS {
-        if !matches!(function.definition, Definition::Expansion(..)) {
+        if !matches!(function.definition, IntrinsicDefinition::Expansion(..)) {
             assert!(encloses(function.name), "{}", function.name);
         }
     }

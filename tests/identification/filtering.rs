@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Loaded;
 use dgd_identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Tuning, Walk};
 use dgd_runtime::{Column, Inputs, Interpolation, Options, System};
@@ -19,7 +19,7 @@ pub(crate) fn tight() -> Options {
 /// A model, with sensitivities to the parameters and start values of these names.
 pub(crate) fn system(text: &str, free: &[&str]) -> Loaded {
     let free = free.iter().map(|text| support::name(text)).collect();
-    let directions = Directions::Tracked { free, fixed: Vec::new() };
+    let directions = SensitivityDirections::Tracked { free, fixed: Vec::new() };
     Loaded::new(compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions).program)
 }
 

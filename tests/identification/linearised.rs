@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Interpreted;
 use dgd_identify::{
     EstimateError, Fit, Misfit, Noise, Nonlinear, OutputErrorProblem, Recording, Stepping,
@@ -229,7 +229,7 @@ fn what_linearising_costs_goes_with_the_amplitude() {
 #[test]
 fn the_mud_circulation_is_found_close_to_its_operating_point() {
     let path = Path::new("models/mud_circulation.dgd");
-    let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+    let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
     let system = Interpreted::new(compiled_with(path, &[], &directions).program);
     let truth = declared(&system);
     let lpm = 1e-3 / 60.0;

@@ -5,7 +5,7 @@
 
 use std::fs;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Loaded;
 use dgd_identify::Recording;
 use dgd_identify::regression::{RegressionMethod, RegressionProblem, regress};
@@ -48,7 +48,7 @@ fn certified() -> Vec<(String, Vec<Certified>, f64)> {
 fn load(problem: &str, settings: &[&str]) -> (Loaded, Recording) {
     let path = support::root().join(format!("tests/nist/{problem}.dgd"));
     let text = fs::read_to_string(&path).expect("the model");
-    let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+    let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
     let compiled = support::compiled_text(&path, text, (&[], settings), &directions);
     assert!(compiled.dae.is_static());
     let recording = recorded(&compiled, &path.with_extension("csv"));

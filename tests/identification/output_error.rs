@@ -18,8 +18,8 @@ use std::sync::Mutex;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_execute::Interpreted;
 use dgd_identify::{
     Bound, EstimateError, Fit, Noise, NoiseCorrelation, OutputErrorProblem, PointEnd, Prior,
@@ -50,9 +50,9 @@ const TRUTH: [f64; 3] = [0.5, 20.0, 2.0];
 const SIGMA: [f64; 2] = [0.02, 0.05];
 
 fn system(text: &str) -> Interpreted {
-    let main = Source { name: "model".into(), text: text.into() };
-    let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let main = SourceText { name: "model".into(), text: text.into() };
+    let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let options = ModelOptions::default();
     let read = &mut |_: &str| Err(String::new());
     let compiled = compile(main, &options, &directions, read, &mut sources, &mut diagnostics);

@@ -6,7 +6,7 @@ mod profiles;
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Loaded;
 use dgd_identify::regression::{
     FollowOptions, Forgetting, Normalisation, RegressionError, RegressionFit, RegressionMethod,
@@ -80,7 +80,7 @@ impl Case {
     /// A model and recordings of `examples/data/field/`, with these parameters free.
     fn of(text: &str, free: &[&str], files: &[&str]) -> Self {
         let free = free.iter().map(|text| support::name(text)).collect();
-        let directions = Directions::Estimated { free, fixed: Vec::new() };
+        let directions = SensitivityDirections::Estimated { free, fixed: Vec::new() };
         let path = Path::new("model.dgd");
         let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
         let file = |name: &&str| support::root().join(format!("examples/data/field/{name}.csv.gz"));
@@ -90,7 +90,7 @@ impl Case {
 
     /// A model and a recording that was made up.
     fn made_up(text: &str, recording: Recording) -> Self {
-        let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+        let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
         let path = Path::new("model.dgd");
         let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
         Self::loaded(Loaded::new(compiled.program), vec![recording])
@@ -497,7 +497,7 @@ fn simulated(
     } else {
         Inputs::recorded(&times, &columns).expect("inputs")
     };
-    let directions = Directions::None;
+    let directions = SensitivityDirections::None;
     let path = Path::new("model.dgd");
     let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
     let system = Loaded::new(compiled.program);

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Loaded;
 use dgd_identify::filter::{Level, PredictionErrorProblem, prediction_error};
 use dgd_identify::regression::{RegressionMethod, RegressionProblem, regress};
@@ -69,7 +69,7 @@ impl Case {
     }
 
     fn of(text: &str, x: Vec<f64>, recordings: [Recording; 1]) -> Self {
-        let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+        let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
         let path = Path::new("model.dgd");
         let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
         let prior = |of: &dgd_compiler::model::Smoothness| Prior {

@@ -5,7 +5,7 @@ mod drilling_rig;
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Loaded;
 use dgd_identify::{
     Bootstrap, Bound, End, Fit, Noise, OutputErrorProblem, Prior, Recording, THRESHOLD, bootstrap,
@@ -39,7 +39,7 @@ const SIGMA: f64 = 0.2;
 const SEEDS: u64 = 60;
 
 fn system(text: &str) -> Loaded {
-    let directions = Directions::Estimated { free: Vec::new(), fixed: Vec::new() };
+    let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
     let compiled = compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions);
     Loaded::new(compiled.program)
 }

@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_execute::Interpreted;
 use dgd_runtime::{
     Inputs, Options, Pattern, Point, Problem, Signature, System, simulate_with_sensitivities,
@@ -17,14 +17,15 @@ use crate::support;
 use crate::support::Noise;
 
 /// Compiles a text with all sensitivities.
-pub(crate) fn compiled(text: &str) -> (Compiled, Sources) {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "model.dgd".to_owned(), text: text.to_owned() };
+pub(crate) fn compiled(text: &str) -> (CompiledStages, SourceMap) {
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "model.dgd".to_owned(), text: text.to_owned() };
     let none = &mut |_: &str| Err("no file".to_owned());
     let options = ModelOptions::default();
-    let compiled = compile(main, &options, &Directions::All, none, &mut sources, &mut diagnostics);
+    let compiled =
+        compile(main, &options, &SensitivityDirections::All, none, &mut sources, &mut diagnostics);
     let Ok(compiled) = compiled else {
-        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::Style::Plain))
+        panic!("{}", render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain))
     };
     (compiled, sources)
 }
@@ -367,17 +368,17 @@ fn loops_find_the_elements_that_they_determine() {
 fn sizes_are_set_from_outside() {
     use dgd_compiler::model::Setting;
     use dgd_compiler::syntax::parse_setting;
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut settings = Vec::new();
     for text in ["N=7", "x=0.5"] {
-        let id = sources.add(Source { name: text.to_owned(), text: text.to_owned() });
+        let id = sources.add(SourceText { name: text.to_owned(), text: text.to_owned() });
         let (name, value) = parse_setting(id, &sources, &mut diagnostics).expect("a setting");
         settings.push(Setting { name, value });
     }
     let options = ModelOptions { settings, ..ModelOptions::default() };
-    let main = Source { name: "line.dgd".to_owned(), text: LINE.to_owned() };
+    let main = SourceText { name: "line.dgd".to_owned(), text: LINE.to_owned() };
     let none = &mut |_: &str| Err("no file".to_owned());
-    let directions = Directions::None;
+    let directions = SensitivityDirections::None;
     let compiled =
         compile(main, &options, &directions, none, &mut sources, &mut diagnostics).expect("sound");
     let unknowns = &compiled.program.signature.unknowns;

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Interpreted;
 use dgd_runtime::{
     Column, Direction, Inputs, Interpolation, Options, Problem, Solved, System, find_method,
@@ -413,7 +413,8 @@ fn generated_code_runs_as_the_interpreter_does() {
 #[test]
 fn an_array_of_parameters_is_named_as_a_whole_or_by_element() {
     let directions = |names: &[&str]| {
-        let names = Directions::Named(names.iter().map(|name| support::name(name)).collect());
+        let names =
+            SensitivityDirections::Named(names.iter().map(|name| support::name(name)).collect());
         let path = std::path::Path::new("models/pack_of_cells.dgd");
         support::compiled_with(path, &[], &names).program.signature.directions.len()
     };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dgd::{At, Error, Options, Problem, Recording};
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Interpreted;
 
 use crate::support::compiled_text;
@@ -119,7 +119,8 @@ fn an_ensemble_gives_what_its_members_give_alone() -> Result<(), Error> {
 fn another_model_in_an_ensemble_is_run_as_itself() -> Result<(), Error> {
     let falling = |rate: f64| {
         let text = format!("model fall\nstate x [m] = 1\nequation e: der(x) = -{rate}*x/1 [s]\n");
-        let compiled = compiled_text(Path::new("fall.dgd"), text, (&[], &[]), &Directions::None);
+        let compiled =
+            compiled_text(Path::new("fall.dgd"), text, (&[], &[]), &SensitivityDirections::None);
         Interpreted::new(compiled.program)
     };
     let (slow, fast) = (falling(1.0), falling(2.0));

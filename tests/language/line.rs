@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Interpreted;
 use dgd_runtime::linalg::{AutoLu, Factorisation};
 use dgd_runtime::{Inputs, Options, Problem, Solution, System, simulate_chosen};
@@ -17,7 +17,8 @@ fn line(cells: usize, more: &str) -> Interpreted {
     let text = std::fs::read_to_string(root().join(FILE)).expect("the model's file");
     let settings = format!("N = {cells}");
     let choices = (&[][..], &[settings.as_str()][..]);
-    let compiled = compiled_text(Path::new(FILE), text + more, choices, &Directions::None);
+    let compiled =
+        compiled_text(Path::new(FILE), text + more, choices, &SensitivityDirections::None);
     Interpreted::new(compiled.program)
 }
 

@@ -1,7 +1,7 @@
 //! Models with arrays of several indices and arrays of parameters, against closed forms and against
 //! exponentials of matrices by SciPy.
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Interpreted;
 use dgd_runtime::{Column, Inputs, Observations, Options, Problem, System, observe, simulate};
 
@@ -29,7 +29,7 @@ impl Run {
 fn run(name: &str, settings: &[&str], inputs: &[(f64, &[f64])], times: &[f64]) -> Run {
     let path = root().join("models").join(name);
     let text = std::fs::read_to_string(&path).expect("the model's file");
-    let compiled = compiled_text(&path, text, (&[], settings), &Directions::None);
+    let compiled = compiled_text(&path, text, (&[], settings), &SensitivityDirections::None);
     let system = Interpreted::new(compiled.program);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_execute::Interpreted;
 use dgd_runtime::{
     Column, Inputs, Interpolation, Options, Problem, Solution, System, consistent_start, simulate,
@@ -22,14 +22,20 @@ fn options() -> Options {
 }
 
 fn model(text: &str) -> Interpreted {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "model.dgd".to_owned(), text: format!("model m\n{text}") };
     let mut read = |_: &str| Err("no imports".to_owned());
     let options = ModelOptions::default();
-    let compiled =
-        compile(main, &options, &Directions::All, &mut read, &mut sources, &mut diagnostics);
+    let compiled = compile(
+        main,
+        &options,
+        &SensitivityDirections::All,
+        &mut read,
+        &mut sources,
+        &mut diagnostics,
+    );
     let compiled = compiled.unwrap_or_else(|_| {
-        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
         panic!("{shown}")
     });
     Interpreted::new(compiled.program)

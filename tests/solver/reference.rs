@@ -4,7 +4,7 @@
 //! How the references were made stands in their headers and in `tests/reference/README.md`.
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::parse_unit;
 use dgd_data::{Table, read, select};
 use dgd_runtime::{Inputs, Options, Problem, Solution, Solved, simulate_with_sensitivities};
@@ -13,7 +13,7 @@ use crate::generated;
 use crate::support::{interpreted, native, root};
 
 fn table(path: &str) -> Table {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     read(&root().join(path), &mut sources, &mut diagnostics).expect("a table")
 }
 

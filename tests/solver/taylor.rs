@@ -5,8 +5,8 @@ use std::num::NonZeroU32;
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::expr::intrinsics::{INTRINSICS, Intrinsic};
-use dgd_compiler::expr::{ExprId, Graph, Symbol};
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::expr::{ExprGraph, ExprId, Symbol};
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::program::Direction;
 use dgd_execute::Interpreted;
 use dgd_runtime::taylor::{MOST_ORDER, NoTaylor, Terms};
@@ -42,7 +42,7 @@ fn coefficients(
 }
 
 /// de/dt along solutions.
-fn along(graph: &mut Graph, dae: &Dae, e: ExprId) -> ExprId {
+fn along(graph: &mut ExprGraph, dae: &Dae, e: ExprId) -> ExprId {
     let n = dae.unknowns.len();
     let (n_u, n_late) = (dae.inputs.len(), dae.delayed_inputs.len());
     let gradient = graph.gradient(e, |symbol| match symbol {
@@ -113,7 +113,7 @@ fn near_start(system: &Interpreted, noise: &mut Noise) -> Place {
 
 /// Compares coefficients with derivatives that the compiler takes one after the other, and with the
 /// derivatives of those to unknowns and parameters.
-fn verify_coefficients(compiled: &Compiled, label: &str, noise: &mut Noise) {
+fn verify_coefficients(compiled: &CompiledStages, label: &str, noise: &mut Noise) {
     let (dae, program) = (&compiled.dae, &compiled.program);
     let system = Interpreted::new(program.clone());
     let signature = system.signature();

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_discover::{BaseModel, Discovery, Request, Scales, discover, templates};
 use dgd_execute::{Engine, Loaded};
@@ -33,17 +33,17 @@ pub(crate) struct Samples {
 /// What a discovery is asked, but for the recordings.
 #[derive(Debug)]
 pub(crate) struct Examined {
-    pub(crate) sources: Sources,
+    pub(crate) sources: SourceMap,
     pub(crate) base: BaseModel,
     pub(crate) library: Vec<Effect>,
     pub(crate) templates: Vec<Effect>,
-    pub(crate) compiled: Compiled,
+    pub(crate) compiled: CompiledStages,
 }
 
 impl Samples {
     /// Those of a file, whose columns are in the units that the model declares.
     pub(crate) fn of_file(path: &Path) -> Samples {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let table = dgd_data::read(path, &mut sources, &mut diagnostics).expect("a table");
         let times = table.time.clone().expect("a column of times");
         let columns = table.columns.into_iter().map(|column| (column.name, column.values));
@@ -109,9 +109,9 @@ impl Texts {
     }
 
     pub(crate) fn read(&self) -> Examined {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let source =
-            |(name, text): &(String, String)| Source { name: name.clone(), text: text.clone() };
+            |(name, text): &(String, String)| SourceText { name: name.clone(), text: text.clone() };
         let mut nothing = |path: &str| Err(format!("{path} is not read here"));
         let asts = load(source(&self.model), &mut nothing, &mut sources, &mut diagnostics);
         let mut library = Vec::new();
@@ -125,7 +125,7 @@ impl Texts {
         let compiled = asts.and_then(|asts| {
             diagnostics.check()?;
             let options = ModelOptions::default();
-            compile_asts(asts, &options, &Directions::None, &mut diagnostics)
+            compile_asts(asts, &options, &SensitivityDirections::None, &mut diagnostics)
         });
         let compiled = compiled.unwrap_or_else(|_| panic!("{}", shown(&diagnostics, &sources)));
         let base = BaseModel {
@@ -259,8 +259,8 @@ pub(crate) fn start(
         .expect("outputs that determine the start")
 }
 
-pub(crate) fn shown(diagnostics: &Diagnostics, sources: &Sources) -> String {
-    render::render(&diagnostics.sorted(), sources, render::Style::Plain)
+pub(crate) fn shown(diagnostics: &Diagnostics, sources: &SourceMap) -> String {
+    render::render(&diagnostics.sorted(), sources, render::RenderStyle::Plain)
 }
 
 fn collect(folder: &Path, paths: &mut Vec<PathBuf>) {

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Loaded;
 use dgd_runtime::{
     Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
@@ -32,7 +32,7 @@ fn written(text: &str) -> Loaded {
 fn loaded(path: &Path, text: String, variants: &[&str], settings: &[&str]) -> Loaded {
     let variants: Vec<(&str, &str)> =
         variants.iter().map(|variant| variant.split_once('=').expect("NAME=CHOICE")).collect();
-    let compiled = compiled_text(path, text, (&variants, settings), &Directions::None);
+    let compiled = compiled_text(path, text, (&variants, settings), &SensitivityDirections::None);
     Loaded::new(compiled.program)
 }
 

@@ -1,6 +1,6 @@
 //! What the thesis says of its models: Fig 3.1, and the static formulation of §3.8.1.
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Interpreted;
 
 use dgd_runtime::{
@@ -68,7 +68,7 @@ fn sensitivities_to_start_values_are_those_of_differences() {
     {
         let names = [&["c0"], starts].concat().into_iter().map(support::name).collect();
         let path = std::path::Path::new("models/mud_circulation.dgd");
-        let compiled = support::compiled_with(path, variants, &Directions::Named(names));
+        let compiled = support::compiled_with(path, variants, &SensitivityDirections::Named(names));
         let system = Interpreted::new(compiled.program);
         let p: [f64; 6] = riser::dynamic_flow::Parameters::default().into();
         let speeds: &[f64] = &[0.50, 0.52];
@@ -182,7 +182,7 @@ fn with_the_pump_stopped_the_level_comes_to_rest_between_inlet_and_outlet() {
 /// Level and flow after a step in pump speed at 50 m, by a form of the inertia.
 fn stepped(inertia: &str, m: f64, times: &[f64]) -> Solution {
     let path = std::path::Path::new("models/mud_circulation.dgd");
-    let named = Directions::Named(vec![support::name("M_ssp")]);
+    let named = SensitivityDirections::Named(vec![support::name("M_ssp")]);
     let compiled = support::compiled_with(path, &[("inertia", inertia)], &named);
     let system = Interpreted::new(compiled.program);
     riser_run(&system, m, times)

@@ -2,7 +2,7 @@
 //! `models/u_tube_drill_string.dgd`: against closed forms, balances by hand, and the equations of the
 //! page written down once more and integrated by another method.
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Interpreted;
 use dgd_runtime::{
     Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
@@ -45,7 +45,7 @@ fn a_b() -> f64 {
 fn model(name: &str, settings: &[&str]) -> Interpreted {
     let path = root().join("models").join(name);
     let text = std::fs::read_to_string(&path).expect("the model's file");
-    let compiled = compiled_text(&path, text, (&[], settings), &Directions::None);
+    let compiled = compiled_text(&path, text, (&[], settings), &SensitivityDirections::None);
     Interpreted::new(compiled.program)
 }
 

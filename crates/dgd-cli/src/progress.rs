@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_identify::{Of, Progress, Watch};
 use dgd_runtime::Watched;
 use dgd_work::{Listener, Remark, Session, WorkError};
@@ -103,7 +103,7 @@ impl Listener for ProgressDisplay<'_> {
         self.console.hears_remarks()
     }
 
-    fn has_read(&self, sources: &Sources) -> Result<(), WorkError> {
+    fn has_read(&self, sources: &SourceMap) -> Result<(), WorkError> {
         self.console.has_read(sources)
     }
 

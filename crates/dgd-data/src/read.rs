@@ -3,8 +3,8 @@
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 
 #[cfg(feature = "parquet")]
 use crate::csv::groups;
@@ -71,9 +71,9 @@ impl<'a> Reading<'a> {
         self,
         files: &dyn FileSystem,
         path: &Path,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Table, Reported> {
+    ) -> Result<Table, ErrorReported> {
         let name = if path == Path::new(STANDARD_INPUT) {
             "standard input".to_owned()
         } else {
@@ -97,9 +97,9 @@ impl<'a> Reading<'a> {
 /// Reads a data file on disk.
 pub fn read(
     path: &Path,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<Table, ErrorReported> {
     Reading::default().read(&Disk, path, sources, diagnostics)
 }
 
@@ -107,9 +107,9 @@ pub fn read(
 pub fn read_from(
     name: &str,
     input: impl Read,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<Table, ErrorReported> {
     read_with(Reading::default(), name, input, sources, diagnostics)
 }
 
@@ -117,9 +117,9 @@ pub(crate) fn read_with(
     reading: Reading<'_>,
     name: &str,
     input: impl Read,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<Table, ErrorReported> {
     let mut input = Digested::new(input);
     let mut table = read_text(reading, name, &mut input, sources, diagnostics)?;
     table.digest = Some(input.digest());
@@ -130,9 +130,9 @@ fn read_text(
     reading: Reading<'_>,
     name: &str,
     input: impl Read,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<Table, ErrorReported> {
     let Reading { kept: limit, renames, .. } = reading;
     let mut head = Vec::new();
     let opened = decompressed(input).and_then(|mut input| {
@@ -186,7 +186,7 @@ fn read_text(
         }
     };
     let shown = if whole { text } else { &text[..header.place.end] };
-    let source = sources.add(Source { name: name.to_owned(), text: shown.to_owned() });
+    let source = sources.add(SourceText { name: name.to_owned(), text: shown.to_owned() });
 
     let kept = Kept { source, whole };
     header.rename(renames, kept, sources, diagnostics)?;
@@ -226,9 +226,9 @@ fn read_parquet(
     reading: Reading<'_>,
     name: &str,
     mut place: Place,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<Table, ErrorReported> {
     let digest = match &mut place {
         Place::File(file) => file.rewind().and_then(|()| Sha256Digest::read(file)),
         Place::Memory(bytes) => Sha256Digest::read(bytes.as_slice()),
@@ -248,9 +248,9 @@ fn parquet_columns(
     _: Place,
     name: &str,
     _: Reading<'_>,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<Table, ErrorReported> {
     let refusal = unreadable(name, "", sources, "it is Parquet, which this build does not read");
     let help = "write it as `.csv`, or build dgd with `--features parquet`";
     Err(diagnostics.error(refusal.help(help)))
@@ -278,14 +278,14 @@ fn utf8(head: &[u8], whole: bool) -> Result<&str, (&str, NotText)> {
 }
 
 /// A file that cannot be opened.
-pub fn cannot_read(name: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+pub fn cannot_read(name: &str, sources: &mut SourceMap, why: &str) -> Diagnostic {
     unreadable(name, "", sources, why)
 }
 
 /// A file that is not the text of a table, with its valid beginning.
-pub(crate) fn unreadable(name: &str, text: &str, sources: &mut Sources, why: &str) -> Diagnostic {
+pub(crate) fn unreadable(name: &str, text: &str, sources: &mut SourceMap, why: &str) -> Diagnostic {
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
-    let source = sources.add(Source { name: name.to_owned(), text: text.to_owned() });
+    let source = sources.add(SourceText { name: name.to_owned(), text: text.to_owned() });
     let span = Span { source, start: end, end };
     Diagnostic::new(Code::E601, span, format!("cannot read `{name}`: {why}"))
 }

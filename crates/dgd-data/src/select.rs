@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, convert};
 
@@ -33,7 +33,7 @@ pub fn inputs(
     table: &Table,
     declared: &[Declared<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Vec<f64>>, Reported> {
+) -> Result<Vec<Vec<f64>>, ErrorReported> {
     inputs_with(table, declared, &[], Gaps::Refused, diagnostics)
 }
 
@@ -57,7 +57,7 @@ pub fn inputs_with(
     known: &[&str],
     gaps: Gaps,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Vec<f64>>, Reported> {
+) -> Result<Vec<Vec<f64>>, ErrorReported> {
     let mut columns = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for input in declared {
@@ -117,7 +117,7 @@ pub fn measured(
     table: &Table,
     declared: &[Declared<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Option<Vec<f64>>>, Reported> {
+) -> Result<Vec<Option<Vec<f64>>>, ErrorReported> {
     let read = |output: &Declared<'_>| {
         table.column(output.name).map(|column| converted(column, output)).transpose()
     };
@@ -129,7 +129,7 @@ fn of_each<T>(
     declared: &[Declared<'_>],
     read: impl Fn(&Declared<'_>) -> Result<T, Diagnostic>,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<T>, Reported> {
+) -> Result<Vec<T>, ErrorReported> {
     let mut columns = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for output in declared {
@@ -156,7 +156,7 @@ pub fn deviations(
     table: &Table,
     declared: &[Declared<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Option<Vec<f64>>>, Reported> {
+) -> Result<Vec<Option<Vec<f64>>>, ErrorReported> {
     let read = |output: &Declared<'_>| {
         let Some(column) = table.column(&deviation(output.name)) else { return Ok(None) };
         // Differences have no offset: 0.5 °C is half a kelvin.

@@ -6,8 +6,8 @@
 use std::fmt;
 use std::io::{self, BufRead, Cursor, Read};
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::units::{Unit, convert};
 
 use crate::cell::number;
@@ -73,9 +73,9 @@ impl<'a> Stream<'a> {
         name: &str,
         renames: &[Rename],
         input: impl Read + 'a,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(Self, Table), Reported> {
+    ) -> Result<(Self, Table), ErrorReported> {
         let read = decompressed(input).and_then(|mut input| {
             let head = head(&mut input)?;
             Ok((head, input))
@@ -105,7 +105,7 @@ impl<'a> Stream<'a> {
             }
         };
         let (offset, lines) = (head.len(), head.matches('\n').count());
-        let source = sources.add(Source { name: name.to_owned(), text: head });
+        let source = sources.add(SourceText { name: name.to_owned(), text: head });
         let kept = Kept { source, whole: true };
         header.rename(renames, kept, sources, diagnostics)?;
         let mut columns = header.columns(kept, sources);
@@ -245,7 +245,7 @@ mod tests {
     use dgd_compiler::units::parse_unit;
 
     fn open(text: &'static str) -> (Stream<'static>, Table) {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         Stream::open("-", &[], text.as_bytes(), &mut sources, &mut diagnostics).expect("a header")
     }
 

@@ -1,6 +1,6 @@
 //! A data file after reading: columns of numbers, and a report on cells that are not numbers.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::units::Unit;
 
@@ -137,7 +137,7 @@ impl Table {
     }
 
     /// Seconds since the first sample, for a table that must be a recording.
-    pub fn recording(&self, diagnostics: &mut Diagnostics) -> Result<&[f64], Reported> {
+    pub fn recording(&self, diagnostics: &mut Diagnostics) -> Result<&[f64], ErrorReported> {
         self.time.as_deref().ok_or_else(|| {
             let span = self.columns.first().map_or(self.header, |column| column.place);
             diagnostics.error(

@@ -231,7 +231,7 @@ fn rounded(value: f64, digits: usize, space: &mut String) -> f64 {
 #[cfg(test)]
 mod tests {
     use dgd_compiler::diagnostics::Diagnostics;
-    use dgd_compiler::source::Sources;
+    use dgd_compiler::source::SourceMap;
     use dgd_compiler::units::parse_unit;
 
     use super::*;
@@ -322,7 +322,7 @@ mod tests {
             let saved =
                 if file == "a.parquet" { save_parquet(&path, rows) } else { save(&path, rows) };
             saved.expect("the folder is writable");
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
             let table: Table = read(&path, &mut sources, &mut diagnostics).expect("a table");
             assert_eq!(table.time.as_ref(), Some(&time));
             let declared: Vec<_> = units

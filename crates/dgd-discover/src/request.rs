@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use dgd_compiler::diagnostics::Reported;
+use dgd_compiler::diagnostics::ErrorReported;
 use dgd_compiler::effects::Effect;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_identify::journal::{Digest, Journal};
 use dgd_identify::{Recording, Watch};
 use dgd_runtime::Options;
@@ -22,7 +22,7 @@ pub struct Request<'a> {
     /// recordings.
     pub templates: &'a [Effect],
     /// The texts of the model, the library and the templates.
-    pub sources: &'a Sources,
+    pub sources: &'a SourceMap,
     /// Recordings to fit to, at least one, with their names. Their start values are initial guesses.
     pub train: (&'a [Recording], &'a [String]),
     /// Validation recordings, with their names.
@@ -62,7 +62,7 @@ impl Request<'_> {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DiscoverError {
     /// The model has errors, which were reported.
-    Model(Reported),
+    Model(ErrorReported),
     /// There is no training recording.
     NoRecording,
     /// No output of the model was measured often enough to estimate its noise.

@@ -5,9 +5,10 @@ use std::cell::RefCell;
 use std::cell::RefMut;
 use std::sync::Arc;
 
-use dgd_compiler::expr::intrinsics::Definition;
+use dgd_compiler::expr::intrinsics::IntrinsicDefinition;
 use dgd_compiler::program::{
-    Argument, Function, FunctionKind, Operation, Place, Program, Series, Taylor,
+    FunctionArgument, FunctionKind, Program, ProgramFunction, ProgramOperation, SharedSeries,
+    StridedPosition, TaylorSeries,
 };
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
@@ -41,7 +42,7 @@ impl Interpreted {
 
 impl Interpreter {
     pub(crate) fn new(program: Program) -> Self {
-        let length = |function: &Function| {
+        let length = |function: &ProgramFunction| {
             let of_loops = function.loops.iter().map(|part| part.operations().count()).max();
             function.body.len() + of_loops.unwrap_or(0)
         };
@@ -67,7 +68,7 @@ impl Interpreter {
     pub(crate) fn expand(
         &self,
         at: Point<'_>,
-        of: impl Fn(&Taylor) -> &Series,
+        of: impl Fn(&TaylorSeries) -> &SharedSeries,
         mut expansion: Expansion<'_>,
     ) {
         let Ok(taylor) = &self.program.taylor else {
@@ -164,14 +165,14 @@ struct Read<'a> {
 }
 
 impl Read<'_> {
-    fn array(&self, argument: Argument) -> &[f64] {
+    fn array(&self, argument: FunctionArgument) -> &[f64] {
         match argument {
-            Argument::Y => self.at.y,
-            Argument::U => self.at.u,
-            Argument::P => self.at.p,
-            Argument::Udot => self.udot,
-            Argument::S => self.s,
-            Argument::Z => self.at.z,
+            FunctionArgument::Y => self.at.y,
+            FunctionArgument::U => self.at.u,
+            FunctionArgument::P => self.at.p,
+            FunctionArgument::Udot => self.udot,
+            FunctionArgument::S => self.s,
+            FunctionArgument::Z => self.at.z,
         }
     }
 }
@@ -190,50 +191,51 @@ fn moved(first: usize, by_round: isize, round: usize) -> usize {
 
 /// Executes operations whose values begin at `begin`, in a passage of their loop.
 fn evaluate(
-    body: &[Operation],
+    body: &[ProgramOperation],
     begin: usize,
     passage: Passage,
     read: &Read<'_>,
     registers: &mut [f64],
 ) {
     let Passage { round, k } = passage;
-    let place = |Place { first, by_round }| moved(first as usize, by_round as isize, round);
+    let place =
+        |StridedPosition { first, by_round }| moved(first as usize, by_round as isize, round);
     let truth = |condition: bool| f64::from(u8::from(condition));
     for (i, operation) in body.iter().enumerate() {
         let (done, rest) = registers.split_at_mut(begin + i);
         rest[0] = match *operation {
-            Operation::Constant(value) => value,
-            Operation::Time => read.at.t,
-            Operation::Load(argument, index) => read.array(argument)[index as usize],
-            Operation::LoadSwept(argument, at) => read.array(argument)[place(at) + k],
-            Operation::LoadRound(argument, at) => read.array(argument)[place(at)],
-            Operation::Counter => k as f64,
-            Operation::Round => round as f64,
-            Operation::Negate(a) => -done[a.index()],
-            Operation::Add(a, b) => done[a.index()] + done[b.index()],
-            Operation::Subtract(a, b) => done[a.index()] - done[b.index()],
-            Operation::Multiply(a, b) => done[a.index()] * done[b.index()],
-            Operation::Divide(a, b) => done[a.index()] / done[b.index()],
-            Operation::Call1(f, a) => match f.get().definition {
-                Definition::One { value, .. } => value(done[a.index()]),
-                Definition::Two { .. } | Definition::Expansion(..) => {
+            ProgramOperation::Constant(value) => value,
+            ProgramOperation::Time => read.at.t,
+            ProgramOperation::Load(argument, index) => read.array(argument)[index as usize],
+            ProgramOperation::LoadSwept(argument, at) => read.array(argument)[place(at) + k],
+            ProgramOperation::LoadRound(argument, at) => read.array(argument)[place(at)],
+            ProgramOperation::Counter => k as f64,
+            ProgramOperation::Round => round as f64,
+            ProgramOperation::Negate(a) => -done[a.index()],
+            ProgramOperation::Add(a, b) => done[a.index()] + done[b.index()],
+            ProgramOperation::Subtract(a, b) => done[a.index()] - done[b.index()],
+            ProgramOperation::Multiply(a, b) => done[a.index()] * done[b.index()],
+            ProgramOperation::Divide(a, b) => done[a.index()] / done[b.index()],
+            ProgramOperation::Call1(f, a) => match f.get().definition {
+                IntrinsicDefinition::One { value, .. } => value(done[a.index()]),
+                IntrinsicDefinition::Two { .. } | IntrinsicDefinition::Expansion(..) => {
                     unreachable!("a function of one argument")
                 }
             },
-            Operation::Call2(f, a, b) => match f.get().definition {
-                Definition::Two { value, .. } => value(done[a.index()], done[b.index()]),
-                Definition::One { .. } | Definition::Expansion(..) => {
+            ProgramOperation::Call2(f, a, b) => match f.get().definition {
+                IntrinsicDefinition::Two { value, .. } => value(done[a.index()], done[b.index()]),
+                IntrinsicDefinition::One { .. } | IntrinsicDefinition::Expansion(..) => {
                     unreachable!("a function of two arguments")
                 }
             },
-            Operation::Curve(curve, a) => curve.value(done[a.index()]),
-            Operation::Compare(comparison, a, b) => {
+            ProgramOperation::Curve(curve, a) => curve.value(done[a.index()]),
+            ProgramOperation::Compare(comparison, a, b) => {
                 truth(comparison.holds(done[a.index()], done[b.index()]))
             }
-            Operation::And(a, b) => truth(done[a.index()] != 0.0 && done[b.index()] != 0.0),
-            Operation::Or(a, b) => truth(done[a.index()] != 0.0 || done[b.index()] != 0.0),
-            Operation::Not(a) => truth(done[a.index()] == 0.0),
-            Operation::Select(c, a, b) => {
+            ProgramOperation::And(a, b) => truth(done[a.index()] != 0.0 && done[b.index()] != 0.0),
+            ProgramOperation::Or(a, b) => truth(done[a.index()] != 0.0 || done[b.index()] != 0.0),
+            ProgramOperation::Not(a) => truth(done[a.index()] == 0.0),
+            ProgramOperation::Select(c, a, b) => {
                 if done[c.index()] == 0.0 {
                     done[b.index()]
                 } else {

@@ -4,9 +4,9 @@ use std::fmt;
 #[cfg(feature = "native")]
 use std::sync::Arc;
 
-#[cfg(feature = "native")]
-use dgd_compiler::program::{Function, Loop};
 use dgd_compiler::program::{FunctionKind, Program};
+#[cfg(feature = "native")]
+use dgd_compiler::program::{Loop, ProgramFunction};
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::model::Model;
 use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
@@ -29,7 +29,7 @@ const INTERPRETING_OPERATION: usize = 2;
 /// Number of times that a function is interpreted before it is compiled: until that has taken as long as compilation
 /// would, so that both together take at most twice as long as the better choice.
 #[cfg(feature = "native")]
-fn calls_before(function: &Function) -> u32 {
+fn calls_before(function: &ProgramFunction) -> u32 {
     let of_loops =
         |operations: fn(&Loop) -> usize| function.loops.iter().map(operations).sum::<usize>();
     let written = function.body.len() + of_loops(|part| part.operations().count());

@@ -1,6 +1,6 @@
 //! A program as a system, independent of how its functions are executed.
 
-use dgd_compiler::program::{self, FunctionKind, Program, Taylor};
+use dgd_compiler::program::{self, FunctionKind, Program, TaylorSeries};
 use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::Factorisation;
 use dgd_runtime::linearize::find_start;
@@ -328,7 +328,7 @@ impl<P: Perform> System for Executed<P> {
 
     fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
         match &self.0.program().taylor {
-            Ok(Taylor { unknowns, sensitivities }) => Ok(KeptSeries {
+            Ok(TaylorSeries { unknowns, sensitivities }) => Ok(KeptSeries {
                 unknowns: unknowns.n_kept(),
                 sensitivities: sensitivities.n_kept(),
                 has_branches: sensitivities.has_branches,

@@ -1,6 +1,8 @@
 //! Taylor series of solutions, recurrence by recurrence.
 
-use dgd_compiler::program::{Entry, Factor, Program, Recurrence, Series, ValueId};
+use dgd_compiler::program::{
+    ConstantFactor, MatrixEntry, Program, Recurrence, SharedSeries, ValueId,
+};
 use dgd_runtime::taylor::{self, MOST_ORDER, Terms};
 
 /// Inputs of the computation of series, and their destinations.
@@ -18,7 +20,7 @@ pub(crate) struct Expansion<'a> {
 /// Extends series from their initial values, `fixed`; `now` is work space for the coefficients of one order.
 pub(crate) fn expand(
     program: &Program,
-    series: &Series,
+    series: &SharedSeries,
     fixed: &[f64],
     now: &mut [f64],
     expansion: &mut Expansion<'_>,
@@ -53,7 +55,9 @@ pub(crate) fn expand(
         for i in 0..n {
             for j in 0..n_s {
                 let mut g = 0.0;
-                for Entry { column, value, .. } in series.jacobian.iter().filter(|e| e.row == i) {
+                for MatrixEntry { column, value, .. } in
+                    series.jacobian.iter().filter(|e| e.row == i)
+                {
                     let place = |order: usize| (order * n + column) * n_s + j;
                     match series.kept[value.index()].filter(|_| series.moves(*value)) {
                         Some(own) if k > 0 => {
@@ -66,7 +70,9 @@ pub(crate) fn expand(
                         _ => g += fixed[value.index()] * expansion.s[place(k)],
                     }
                 }
-                for Entry { column, value, .. } in series.directions.iter().filter(|e| e.row == i) {
+                for MatrixEntry { column, value, .. } in
+                    series.directions.iter().filter(|e| e.row == i)
+                {
                     if *column == j && (k == 0 || series.moves(*value)) {
                         g += now[value.index()];
                     }
@@ -77,7 +83,7 @@ pub(crate) fn expand(
     }
 }
 
-fn keep(series: &Series, now: &[f64], k: usize, kept: &mut [Terms]) {
+fn keep(series: &SharedSeries, now: &[f64], k: usize, kept: &mut [Terms]) {
     for (own, value) in series.kept.iter().zip(now) {
         if let Some(own) = own {
             taylor::keep(&mut kept[*own], k, *value);
@@ -88,7 +94,7 @@ fn keep(series: &Series, now: &[f64], k: usize, kept: &mut [Terms]) {
 /// Values of one order, and the storage of their series.
 #[derive(Clone, Copy)]
 struct Values<'a> {
-    series: &'a Series,
+    series: &'a SharedSeries,
     fixed: &'a [f64],
     now: &'a [f64],
 }
@@ -117,9 +123,9 @@ fn continued(
         Recurrence::Unknown(i) => expansion.y[k * series.f.len() + i as usize],
         Recurrence::Linear { first, count } => {
             let terms = series.terms[first..first + count].iter().map(|(factor, a)| match factor {
-                Factor::One => now(*a),
-                Factor::MinusOne => -now(*a),
-                Factor::Of(c) => fixed(*c) * now(*a),
+                ConstantFactor::One => now(*a),
+                ConstantFactor::MinusOne => -now(*a),
+                ConstantFactor::Of(c) => fixed(*c) * now(*a),
             });
             terms.reduce(|sum, term| sum + term).unwrap_or(0.0)
         }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use dgd_compiler::source::Columns;
+use dgd_compiler::source::ColumnUnit;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
     DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, LogMessage,
@@ -28,7 +28,7 @@ const PAUSE: Duration = Duration::from_millis(300);
 struct Server<'a> {
     connection: &'a Connection,
     files: Files,
-    columns: Columns,
+    columns: ColumnUnit,
     /// Documents changed since their last analysis, and since that of their other variants.
     changed: BTreeSet<String>,
     unfinished: BTreeSet<String>,
@@ -50,8 +50,8 @@ pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
     };
     let columns = columns(&params);
     let encoding = match columns {
-        Columns::Utf8 => PositionEncodingKind::UTF8,
-        Columns::Utf16 | Columns::Characters => PositionEncodingKind::UTF16,
+        ColumnUnit::Utf8 => PositionEncodingKind::UTF8,
+        ColumnUnit::Utf16 | ColumnUnit::Characters => PositionEncodingKind::UTF16,
     };
     let version = env!("CARGO_PKG_VERSION");
     let info = json!({ "name": "dgd", "version": version });
@@ -65,12 +65,12 @@ pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
 }
 
 /// UTF-8 if the editor supports it, else UTF-16, which every editor supports.
-fn columns(params: &InitializeParams) -> Columns {
+fn columns(params: &InitializeParams) -> ColumnUnit {
     let general = params.capabilities.general.as_ref();
     let encodings = general.and_then(|general| general.position_encodings.as_ref());
     match encodings {
-        Some(all) if all.contains(&PositionEncodingKind::UTF8) => Columns::Utf8,
-        Some(_) | None => Columns::Utf16,
+        Some(all) if all.contains(&PositionEncodingKind::UTF8) => ColumnUnit::Utf8,
+        Some(_) | None => ColumnUnit::Utf16,
     }
 }
 

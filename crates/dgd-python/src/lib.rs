@@ -20,7 +20,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::layout;
 use dgd_scratch::Scratch;
 use pyo3::prelude::*;
@@ -46,8 +46,8 @@ fn command(py: Python<'_>, words: Vec<OsString>) -> PyResult<u8> {
 /// rest of the process.
 #[pyfunction]
 fn laid_out(text: String) -> String {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let id = sources.add(Source { name: String::new(), text: text.clone() });
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let id = sources.add(SourceText { name: String::new(), text: text.clone() });
     layout::format(id, &sources, &mut diagnostics).unwrap_or(text)
 }
 

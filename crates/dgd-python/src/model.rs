@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dgd_compiler::model::typeset::formula::{Line, lines};
+use dgd_compiler::model::typeset::formula::{FormulaLine, lines};
 use dgd_compiler::model::typeset::{latex, mathml};
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::open::{Entry, read_import};
 use dgd_data::{Disk, FileSystem, InMemory, Layers};
 use dgd_work::{
@@ -67,7 +67,7 @@ pub(crate) fn load(
             let words = format!("`{}` is an effect, not a model", path.display());
             return Err(WorkError::Usage(words));
         };
-        let loaded = dgd_work::load(&path, &choices, &Directions::None, session)?;
+        let loaded = dgd_work::load(&path, &choices, &SensitivityDirections::None, session)?;
         let is_text =
             |name: &str| [".dgd", ".csv", ".csv.gz"].iter().any(|ending| name.ends_with(ending));
         let sources = loaded.sources.iter().filter(|source| is_text(&source.name));
@@ -75,11 +75,13 @@ pub(crate) fn load(
             all.with(&source.name, source.text.as_bytes())
         });
         let (asts, model) = (&loaded.compiled.asts, &loaded.compiled.model);
-        let label = |line: &Line| match line {
-            Line::Equation { label, .. } => label.clone().unwrap_or_default(),
-            Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => String::new(),
+        let label = |line: &FormulaLine| match line {
+            FormulaLine::Equation { label, .. } => label.clone().unwrap_or_default(),
+            FormulaLine::Mode(_) | FormulaLine::Transition(_) | FormulaLine::Bound { .. } => {
+                String::new()
+            }
         };
-        let typeset = |line: &Line| (label(line), mathml::write(line));
+        let typeset = |line: &FormulaLine| (label(line), mathml::write(line));
         Ok(Model {
             text: match &loaded.changed {
                 Some(changed) => changed.text(&loaded.sources),

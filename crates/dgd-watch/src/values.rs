@@ -5,8 +5,10 @@ use std::error::Error;
 use std::fmt;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::{Source, Sources, Span};
-use dgd_compiler::syntax::ast::{ArrayKind, Ast, Axis, Choice, Expr, ExprKind, Item, ItemKind};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
+use dgd_compiler::syntax::ast::{
+    ArrayAxis, ArrayKind, Ast, Expr, ExprKind, Item, ItemKind, VariantChoice,
+};
 use dgd_compiler::syntax::parse;
 
 /// The values of a text's parameters.
@@ -86,8 +88,8 @@ impl fmt::Display for CannotWrite {
 impl Error for CannotWrite {}
 
 fn parsed(text: &str) -> Option<Ast> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let source = Source { name: String::new(), text: text.to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let source = SourceText { name: String::new(), text: text.to_owned() };
     let id = sources.add(source);
     parse(id, &sources, &mut diagnostics).ok()
 }
@@ -111,7 +113,8 @@ fn collect(
             } => of_list(&name.text, axes, value, places),
             ItemKind::Variant { name, choices } => {
                 let wanted = variant.get(&name.text);
-                let is_chosen = |choice: &&Choice| wanted.is_some_and(|w| *w == choice.name.text);
+                let is_chosen =
+                    |choice: &&VariantChoice| wanted.is_some_and(|w| *w == choice.name.text);
                 let chosen = choices.iter().find(is_chosen).or(choices.first());
                 collect(chosen.map_or(&[], |choice| &choice.items), variant, places);
             }
@@ -121,7 +124,7 @@ fn collect(
 }
 
 /// The values of an array's elements, where each has its own and the first index is a number.
-fn of_list(name: &str, axes: &[Axis], value: &Expr, places: &mut BTreeMap<String, Span>) {
+fn of_list(name: &str, axes: &[ArrayAxis], value: &Expr, places: &mut BTreeMap<String, Span>) {
     let Some((axis, inner)) = axes.split_first() else {
         places.insert(name.to_owned(), value.span);
         return;

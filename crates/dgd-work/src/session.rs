@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use dgd_compiler::diagnostics::{Diagnostic, render};
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::{Disk, FileSystem};
 use dgd_identify::{Of, Progress, Watch};
 
@@ -32,7 +32,7 @@ pub trait Listener: Watch {
     /// # Errors
     ///
     /// The reason not to continue, such as a result that would replace one of these files.
-    fn has_read(&self, _sources: &Sources) -> Result<(), WorkError> {
+    fn has_read(&self, _sources: &SourceMap) -> Result<(), WorkError> {
         Ok(())
     }
 
@@ -50,7 +50,7 @@ pub enum Remark<'a> {
     /// A sentence.
     Words(&'a str),
     /// A diagnostic that is not a mistake, and the sources that its spans refer to.
-    Diagnostic(&'a Diagnostic, &'a Sources),
+    Diagnostic(&'a Diagnostic, &'a SourceMap),
 }
 
 impl Remark<'_> {
@@ -59,7 +59,7 @@ impl Remark<'_> {
         match self {
             Remark::Words(words) => (*words).to_owned(),
             Remark::Diagnostic(diagnostic, sources) => {
-                let text = render::render_note(diagnostic, sources, render::Style::Plain);
+                let text = render::render_note(diagnostic, sources, render::RenderStyle::Plain);
                 text.trim_end().to_owned()
             }
         }
@@ -165,7 +165,7 @@ impl<'a> Session<'a> {
     }
 
     /// Sends a diagnostic that is not a mistake.
-    pub fn note(self, diagnostic: &Diagnostic, sources: &Sources) {
+    pub fn note(self, diagnostic: &Diagnostic, sources: &SourceMap) {
         self.listener.remark(Remark::Diagnostic(diagnostic, sources));
     }
 
@@ -174,7 +174,7 @@ impl<'a> Session<'a> {
     /// # Errors
     ///
     /// The listener's reason not to continue.
-    pub fn spare(self, sources: &Sources) -> Result<(), WorkError> {
+    pub fn spare(self, sources: &SourceMap) -> Result<(), WorkError> {
         self.listener.has_read(sources)
     }
 }

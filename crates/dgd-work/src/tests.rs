@@ -412,7 +412,7 @@ fn a_program_is_compiled_once_for_all_threads() {
     let texts = recordings();
     let session = Session::new(&Silent).with_files(&texts);
     let path = PathBuf::from("rig/tank.dgd");
-    let directions = dgd_compiler::pipeline::Directions::All;
+    let directions = dgd_compiler::pipeline::SensitivityDirections::All;
     let model = crate::load(&path, &crate::Choices::default(), &directions, session);
     let program = model.unwrap_or_else(|error| panic!("{error}")).compiled.program;
     let rates: Vec<f64> = std::thread::scope(|scope| {

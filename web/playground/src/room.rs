@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::InMemory;
 use dgd_watch::{Ask, Bench, of_error};
 use dgd_work::{Engine, RunRequest, Session, Silent, WorkError, load, prepare};
@@ -109,7 +109,7 @@ impl Room {
     /// The model's inputs.
     fn inputs(&self) -> Result<Value, WorkError> {
         let RunRequest { model, choices, .. } = &self.request;
-        let loaded = load(model, choices, &Directions::None, self.session())?;
+        let loaded = load(model, choices, &SensitivityDirections::None, self.session())?;
         let inputs = loaded.compiled.program.signature.inputs.iter();
         let inputs = inputs.map(|input| json!({ "name": input.name, "unit": input.unit.symbol }));
         Ok(json!({ "ok": true, "inputs": inputs.collect::<Vec<_>>() }))

@@ -3,8 +3,8 @@
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::Directions;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_discover::{BaseModel, Discovery, ParameterValue, Request, Scales, discover, templates};
 use dgd_execute::{Engine, Loaded};
@@ -36,8 +36,9 @@ impl Examination {
     }
 
     fn discover(&self) -> Discovery {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let compiled = compiled("mud_circulation.dgd", &[], &Directions::None, &mut sources);
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let compiled =
+            compiled("mud_circulation.dgd", &[], &SensitivityDirections::None, &mut sources);
         let library = self.library(&mut sources, &mut diagnostics);
         let templates = templates(&mut sources, &mut diagnostics).expect("the library's texts");
         let base = BaseModel {
@@ -70,14 +71,14 @@ impl Examination {
             .unwrap_or_else(|error| panic!("{error}\n{}", shown(&diagnostics, &sources)))
     }
 
-    fn library(&self, sources: &mut Sources, diagnostics: &mut Diagnostics) -> Vec<Effect> {
+    fn library(&self, sources: &mut SourceMap, diagnostics: &mut Diagnostics) -> Vec<Effect> {
         let is_used = |path: &str| {
             let is_named = |name: &&str| path.ends_with(&format!("/{name}.dgd"));
             self.effects.is_empty() || self.effects.iter().any(is_named)
         };
         let used = EFFECTS.iter().filter(|(path, _)| is_used(path));
         used.map(|(path, text)| {
-            let source = Source { name: (*path).to_owned(), text: (*text).to_owned() };
+            let source = SourceText { name: (*path).to_owned(), text: (*text).to_owned() };
             let ast = parse(sources.add(source), sources, diagnostics);
             let effect = ast.and_then(|ast| Effect::read(ast, diagnostics));
             effect.expect("an effect of the repository")

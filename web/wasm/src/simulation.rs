@@ -1,7 +1,7 @@
 //! A simulation with all sensitivities: its events, and samples of all quantities.
 
-use dgd_compiler::pipeline::Directions;
-use dgd_compiler::source::Sources;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_compiler::source::SourceMap;
 use dgd_execute::{Engine, Loaded};
 use dgd_runtime::{
     Direction, Inputs, Options, Problem, Signature, Solution, System, find_method, observe,
@@ -47,7 +47,7 @@ const TOLERANCE: f64 = 1e-8;
 
 impl Simulation {
     pub(crate) fn add_to(&self, lines: &mut Lines) {
-        let (mut sources, all) = (Sources::default(), Directions::All);
+        let (mut sources, all) = (SourceMap::default(), SensitivityDirections::All);
         let compiled = compiled(self.model, self.variants, &all, &mut sources);
         let system = Loaded::with_engine(compiled.program, Engine::Interpreter);
         let signature = system.signature();

@@ -7,7 +7,7 @@ mod line;
 mod loaded;
 mod sets;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_runtime::{
     Column, Inputs, Interpolation, Method, Options, PerSample, Problem, Solution, Solved, Steps,
     find_method, simulate, simulate_with_sensitivities,
@@ -37,7 +37,7 @@ const LOADED: &str = ", loaded";
 pub fn solve(request: &Request) -> Result<(), Failure> {
     match request.problem() {
         "p1a" | "p1b" if request.method.ends_with(LOADED) => {
-            jump(request, &loaded::model(TWO_STATE, &Directions::All, &[])?)
+            jump(request, &loaded::model(TWO_STATE, &SensitivityDirections::All, &[])?)
         }
         "p1a" | "p1b" => jump(request, &models::ode::Model),
         "p2a" | "p2b" => jump(request, &models::dae::Model),

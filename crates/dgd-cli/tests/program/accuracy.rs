@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::{Table, read};
 
 fn root() -> PathBuf {
@@ -12,7 +12,7 @@ fn root() -> PathBuf {
 }
 
 fn table(path: &Path) -> Table {
-    read(path, &mut Sources::default(), &mut Diagnostics::default()).expect("a table")
+    read(path, &mut SourceMap::default(), &mut Diagnostics::default()).expect("a table")
 }
 
 /// SI value of one column unit.

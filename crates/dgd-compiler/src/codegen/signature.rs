@@ -371,7 +371,7 @@ fn formulas(of: &Formulas, program: &Program) -> TokenStream {
             quote!(Call2(#name, #a, #b))
         }
         Operation::Curve(_, a) => {
-            let program::Operation::Curve(curve, _) = own else {
+            let program::ProgramOperation::Curve(curve, _) = own else {
                 unreachable!("data and function have the same operations")
             };
             let (curve, a) = (curves::name(*curve), literal(a));

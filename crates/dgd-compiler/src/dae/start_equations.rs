@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Dae;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::Symbol;
 use crate::model::{Equation, Model};
 use crate::source::Span;
@@ -16,7 +16,7 @@ pub(super) fn verify(
     mut dae: Dae,
     model: &Model,
     diagnostics: &mut Diagnostics,
-) -> Result<Dae, Reported> {
+) -> Result<Dae, ErrorReported> {
     let equations = &model.start_equations;
     let n_single = dae.unknowns.len();
     let of_arrays = model.arrays.iter().filter(|array| array.unknown.guess);

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::Effect;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use crate::source::Span;
-use crate::syntax::ast::{Ast, Clause, ClauseKind, EffectHeader, ItemKind, Name, Slot, Target};
-use crate::syntax::visit::{self, Part};
+use crate::syntax::ast::{
+    Ast, ClauseKind, EffectClause, EffectHeader, EffectTarget, ItemKind, Name, TemplateSlot,
+};
+use crate::syntax::visit::{self, ItemPart};
 use crate::units::parse_unit;
 
 impl Effect {
@@ -14,9 +16,9 @@ impl Effect {
     ///
     /// # Errors
     ///
-    /// [`Reported`] if the file is not an effect, lacks its `kind`, repeats a clause that is allowed only once, changes
+    /// [`ErrorReported`] if the file is not an effect, lacks its `kind`, repeats a clause that is allowed only once, changes
     /// nothing, or refers to arguments and parameters that it does not have.
-    pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, Reported> {
+    pub fn read(ast: Ast, diagnostics: &mut Diagnostics) -> Result<Effect, ErrorReported> {
         let Some(header) = &ast.effect else {
             let start = Span { source: ast.source, start: 0, end: 0 };
             return Err(diagnostics.error(
@@ -61,8 +63,8 @@ impl Effect {
         verify_nulls(&ast, header, &mut problems);
         verify_items(&ast, &mut problems);
         let slots = match &header.target {
-            Target::Model(_) => &[],
-            Target::Template(slots) => slots.as_slice(),
+            EffectTarget::Model(_) => &[],
+            EffectTarget::Template(slots) => slots.as_slice(),
         };
         verify_slots(&ast, slots, &mut problems);
         for diagnostic in problems.sorted() {
@@ -120,7 +122,7 @@ fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostic
 }
 
 /// Whether a clause changes the model.
-fn is_change(clause: &Clause) -> bool {
+fn is_change(clause: &EffectClause) -> bool {
     matches!(
         clause.kind,
         ClauseKind::Replace { .. } | ClauseKind::ReplaceOutput { .. } | ClauseKind::Add { .. }
@@ -182,7 +184,7 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
 
 /// Checks that the arguments of a template differ, have valid units, and are not declared again; `[unit(y)]` is the
 /// unit of one of them.
-fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
+fn verify_slots(ast: &Ast, slots: &[TemplateSlot], diagnostics: &mut Diagnostics) {
     let mut spans: BTreeMap<&str, Span> = BTreeMap::new();
     for slot in slots {
         if let Some(first) = spans.insert(&slot.name.text, slot.name.span) {
@@ -199,7 +201,7 @@ fn verify_slots(ast: &Ast, slots: &[Slot], diagnostics: &mut Diagnostics) {
     }
     for mut item in ast.items.iter().cloned() {
         visit::parts_mut(&mut item, &mut |part| {
-            if let Part::Declares(_, name) = part
+            if let ItemPart::Declares(_, name) = part
                 && let Some(argument) = spans.get(name.text.as_str())
             {
                 let message = format!("`{}` is an argument of the effect", name.text);

@@ -9,7 +9,7 @@ use super::curve::CurveId;
 use super::intrinsics::IntrinsicId;
 use crate::expr::hash::{HashMap, HashSet};
 
-/// An expression of a [`Graph`].
+/// An expression of a [`ExprGraph`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ExprId(u32);
 
@@ -49,7 +49,7 @@ pub enum Symbol {
     /// A delayed unknown, by its position among those of a `Dae`.
     DelayedUnknown(u32),
     /// A property of a delayed unknown; none before `lower`.
-    Past(Past, u32),
+    Past(DelayedValue, u32),
     /// An element of an array, counted through all arrays; none after `assemble`, which turns it into an unknown.
     Element(u32),
     /// In a family of rows, the element that is this one in the first row and the next in the next. Positions count all
@@ -120,7 +120,7 @@ impl Symbol {
 
 /// A property of x(t − τ), by the position k of the delayed unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Past {
+pub enum DelayedValue {
     /// 1 if the value comes from the history of x, 0 without a delay, where it is x itself.
     Held,
     /// x(t − τ).
@@ -210,12 +210,12 @@ impl Node {
 
 /// A growing set of expressions, each stored once.
 #[derive(Debug, Clone, Default)]
-pub struct Graph {
+pub struct ExprGraph {
     nodes: Vec<Node>,
     ids: HashMap<Node, ExprId>,
 }
 
-impl Graph {
+impl ExprGraph {
     /// The node of an expression.
     pub fn node(&self, id: ExprId) -> Node {
         self.nodes[id.index()]

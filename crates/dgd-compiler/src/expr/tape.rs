@@ -1,6 +1,6 @@
 //! Evaluates expressions at many points; their operands are found once.
 
-use super::graph::{ExprId, Graph, Node, Symbol, apply};
+use super::graph::{ExprGraph, ExprId, Node, Symbol, apply};
 
 /// Some expressions with all their subexpressions, operands first.
 #[derive(Debug, Clone)]
@@ -13,7 +13,7 @@ pub struct Tape<const N: usize> {
 
 impl<const N: usize> Tape<N> {
     /// The tape of these expressions.
-    pub fn of(graph: &Graph, roots: [ExprId; N]) -> Self {
+    pub fn of(graph: &ExprGraph, roots: [ExprId; N]) -> Self {
         let ids = graph.reachable(roots);
         let position = |id: ExprId| {
             ids.binary_search(&id).unwrap_or_else(|_| unreachable!("operands are reachable"))
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_tape_has_the_values_of_its_graph() {
-        let mut graph = Graph::default();
+        let mut graph = ExprGraph::default();
         let (x, y) = (graph.symbol(Symbol::Unknown(0)), graph.symbol(Symbol::Unknown(1)));
         let product = graph.multiply(x, y);
         let root = graph.call1("exp", product);

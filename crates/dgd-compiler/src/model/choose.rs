@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::Variant;
-use super::define::{Definition, Scope};
+use super::define::{ModelScope, NameDefinition};
 use super::resolve::{ModelOptions, Setting};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
 use crate::parts;
 use crate::source::Span;
-use crate::syntax::ast::{ArrayKind, Ast, Choice, Expr, Item, ItemKind, Name};
+use crate::syntax::ast::{ArrayKind, Ast, Expr, Item, ItemKind, Name, VariantChoice};
 use crate::syntax::edit::element_of;
 
 /// Inserts the items of the chosen variants.
@@ -90,7 +90,7 @@ pub(super) fn leave_out_impossible(
 
 fn chosen_of(
     variant: &Name,
-    choices: &[Choice],
+    choices: &[VariantChoice],
     options: &ModelOptions,
     diagnostics: &mut Diagnostics,
 ) -> usize {
@@ -127,7 +127,7 @@ pub(super) fn unknown_choice<'a>(
 /// Settings by name; checks that each name can be set.
 pub(super) fn check_settings<'a>(
     settings: &'a [Setting],
-    scope: &Scope<'a>,
+    scope: &ModelScope<'a>,
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<&'a str, &'a Expr> {
     let mut checked = BTreeMap::new();
@@ -136,27 +136,29 @@ pub(super) fn check_settings<'a>(
         let array = element.as_ref().map_or(name.text.as_str(), |(of, _)| of);
         let entry = scope.names.get(array).map(|entry| entry.definition);
         match entry {
-            Some(Definition::Vector(vector)) if scope.vectors[vector].kind != ArrayKind::Input => {
+            Some(NameDefinition::Vector(vector))
+                if scope.vectors[vector].kind != ArrayKind::Input =>
+            {
                 checked.insert(name.text.as_str(), value);
             }
-            Some(Definition::Array { .. }) if element.is_some() => {
+            Some(NameDefinition::Array { .. }) if element.is_some() => {
                 let message = format!("`{}` is an element of an array of unknowns", name.text);
                 diagnostics.error(Diagnostic::new(Code::E205, name.span, message).help(format!(
                     "set them all: `{array}=…`, or `{array}=(…, …)` with a value for each"
                 )));
             }
             Some(definition)
-                if element.is_some() && !matches!(definition, Definition::Vector(_)) =>
+                if element.is_some() && !matches!(definition, NameDefinition::Vector(_)) =>
             {
                 let message = format!("`{array}` is {}, not an array", definition.noun());
                 diagnostics.error(Diagnostic::new(Code::E232, name.span, message));
             }
             Some(
-                Definition::Constant(_)
-                | Definition::Parameter(_)
-                | Definition::Unknown { .. }
-                | Definition::Size
-                | Definition::Array { .. },
+                NameDefinition::Constant(_)
+                | NameDefinition::Parameter(_)
+                | NameDefinition::Unknown { .. }
+                | NameDefinition::Size
+                | NameDefinition::Array { .. },
             ) => {
                 checked.insert(name.text.as_str(), value);
             }

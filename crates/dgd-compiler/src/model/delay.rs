@@ -1,21 +1,21 @@
 //! `delay(x, tau)`: the value of `x` a time `tau` ago.
 
-use super::check_units::Dim;
-use super::expression::{Arguments, Lowering, Typed};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::check_units::ExprDimension;
+use super::expression::{ExprLowering, OpenArguments, TypedExpr};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::Expr;
 
-impl<'a> Lowering<'a> {
+impl<'a> ExprLowering<'a> {
     /// The delay of an expression by a constant or parametric time.
     pub(super) fn delay(
         &mut self,
         list: &'a [Expr],
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let [x_expr, tau_expr] = list else {
             let n = list.len();
             return Err(diagnostics.error(
@@ -26,7 +26,7 @@ impl<'a> Lowering<'a> {
         let x = self.lower(x_expr, arguments, diagnostics);
         let tau = self.lower(tau_expr, arguments, diagnostics);
         let (x, tau) = (x?, tau?);
-        if tau.dim.with(Dim::Of(self.scope.second)).is_none() {
+        if tau.dim.with(ExprDimension::Of(self.scope.second)).is_none() {
             let dimension = tau.dim.dimension();
             let message =
                 format!("a delay is a time, but this is {}", self.scope.spelling.being(dimension));
@@ -54,7 +54,7 @@ impl<'a> Lowering<'a> {
                 diagnostics.error(Diagnostic::new(Code::E215, tau_expr.span, what).help(help))
             );
         }
-        Ok(Typed { id: self.graph.intern(Node::Delay(x.id, tau.id)), dim: x.dim })
+        Ok(TypedExpr { id: self.graph.intern(Node::Delay(x.id, tau.id)), dim: x.dim })
     }
 
     /// The reason why a varying or nested delay is not supported, and a remedy.

@@ -3,16 +3,17 @@
 use std::collections::BTreeMap;
 
 use super::arrays::whole::{LoopIndex, open_index};
-use super::check_units::{Dim, Located, Spelling, quotient_for_derivative};
-use super::define::{Definition, Function, Scope, Table};
-use super::resolve::Reading;
-use super::tables::Resolved;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::check_units::{ExprDimension, LocatedDimension, UnitSpelling, quotient_for_derivative};
+use super::define::{FunctionDeclaration, ModelScope, NameDefinition, TableDeclaration};
+use super::resolve::NumberReading;
+use super::tables::ResolvedTable;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, Expr, ExprKind, Factor, LocalLet, Name, Reducing, Sign, Unit as WrittenUnit,
+    Expr, ExprKind, FactorSide, FormalArgument, LocalLet, Name, ReductionOperation, Sign,
+    WrittenUnit,
 };
 use crate::units::{Dimension, Unit};
 
@@ -27,36 +28,36 @@ const MOST_WRITTEN: usize = 2_000_000;
 
 /// An expression in the graph and its dimension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Typed {
+pub(super) struct TypedExpr {
     pub(super) id: ExprId,
-    pub(super) dim: Dim,
+    pub(super) dim: ExprDimension,
 }
 
-impl Typed {
-    pub(super) fn at(self, span: Span) -> Located {
-        Located { dim: self.dim, span }
+impl TypedExpr {
+    pub(super) fn at(self, span: Span) -> LocatedDimension {
+        LocatedDimension { dim: self.dim, span }
     }
 }
 
 /// The arguments of an open function by name.
-pub(super) type Arguments<'a> = BTreeMap<&'a str, Typed>;
+pub(super) type OpenArguments<'a> = BTreeMap<&'a str, TypedExpr>;
 
 /// Lowers expressions into a graph.
-pub(super) struct Lowering<'a> {
-    pub(super) scope: Scope<'a>,
-    pub(super) graph: Graph,
+pub(super) struct ExprLowering<'a> {
+    pub(super) scope: ModelScope<'a>,
+    pub(super) graph: ExprGraph,
     /// `let`s evaluated so far; an error proves that a failed one was reported.
-    pub(super) lets: BTreeMap<&'a str, Result<Typed, Reported>>,
+    pub(super) lets: BTreeMap<&'a str, Result<TypedExpr, ErrorReported>>,
     /// Values of constants evaluated so far, by position.
     pub(super) constants: BTreeMap<u32, f64>,
     /// Tables read so far, by position.
-    pub(super) tables: BTreeMap<usize, Result<Resolved, Reported>>,
+    pub(super) tables: BTreeMap<usize, Result<ResolvedTable, ErrorReported>>,
     /// Results of calls, so that equal calls are expanded once.
-    pub(super) calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
+    pub(super) calls: BTreeMap<(&'a str, Vec<TypedExpr>), Result<TypedExpr, ErrorReported>>,
     /// Functions being expanded, innermost last.
     pub(super) open: Vec<&'a str>,
     /// Proof that too many calls have been reported, which happens once.
-    exhausted: Option<Reported>,
+    exhausted: Option<ErrorReported>,
     depth: usize,
     /// Expressions lowered so far, counted as often as sums and loops write them out.
     written: usize,
@@ -70,14 +71,15 @@ pub(super) struct Lowering<'a> {
     /// Dimensions of expressions by place, if requested.
     pub(super) dimensions: Option<BTreeMap<Span, Dimension>>,
     /// `let`s of loops, by name and indices.
-    pub(super) opened_lets: BTreeMap<(&'a str, Vec<LoopIndex<'a>>), Result<Typed, Reported>>,
+    pub(super) opened_lets:
+        BTreeMap<(&'a str, Vec<LoopIndex<'a>>), Result<TypedExpr, ErrorReported>>,
 }
 
-impl<'a> Lowering<'a> {
-    pub(super) fn new(scope: Scope<'a>) -> Self {
-        Lowering {
+impl<'a> ExprLowering<'a> {
+    pub(super) fn new(scope: ModelScope<'a>) -> Self {
+        ExprLowering {
             scope,
-            graph: Graph::default(),
+            graph: ExprGraph::default(),
             lets: BTreeMap::new(),
             constants: BTreeMap::new(),
             tables: BTreeMap::new(),
@@ -100,8 +102,8 @@ impl<'a> Lowering<'a> {
         &mut self,
         expr: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        self.lower(expr, &Arguments::new(), diagnostics)
+    ) -> Result<TypedExpr, ErrorReported> {
+        self.lower(expr, &OpenArguments::new(), diagnostics)
     }
 
     /// The value of an expression of constants; `None` if it reads anything else.
@@ -121,9 +123,9 @@ impl<'a> Lowering<'a> {
     pub(super) fn lower(
         &mut self,
         expr: &'a Expr,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         self.depth += 1;
         self.written += 1;
         let result = if self.depth > DEEPEST {
@@ -146,7 +148,7 @@ impl<'a> Lowering<'a> {
         &self,
         place: Span,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         if self.written <= MOST_WRITTEN {
             return Ok(());
         }
@@ -164,9 +166,9 @@ impl<'a> Lowering<'a> {
     fn lower_kind(
         &mut self,
         expr: &'a Expr,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let span = expr.span;
         match &expr.kind {
             ExprKind::Number { value, unit, .. } => {
@@ -191,7 +193,7 @@ impl<'a> Lowering<'a> {
                     return self.literal(-value, unit.as_ref(), diagnostics);
                 }
                 let inner = self.lower(inner, arguments, diagnostics)?;
-                Ok(Typed { id: self.graph.intern(Node::Negate(inner.id)), dim: inner.dim })
+                Ok(TypedExpr { id: self.graph.intern(Node::Negate(inner.id)), dim: inner.dim })
             }
             ExprKind::Sum(terms) => self.sum(terms, arguments, diagnostics),
             ExprKind::Product(factors) => self.product(factors, arguments, diagnostics),
@@ -206,7 +208,7 @@ impl<'a> Lowering<'a> {
                     .power(b.at(base.span), e.at(exponent.span), value, span)
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let id = self.graph.intern(Node::Call2(IntrinsicId::named("^"), b.id, e.id));
-                Ok(Typed { id, dim })
+                Ok(TypedExpr { id, dim })
             }
             ExprKind::If(condition, then, otherwise) => {
                 let condition = self.condition(condition, arguments, diagnostics);
@@ -218,7 +220,7 @@ impl<'a> Lowering<'a> {
                     .spelling
                     .same("choose between", a.at(then.span), b.at(otherwise.span))
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
-                Ok(Typed { id: self.graph.intern(Node::Select(condition, a.id, b.id)), dim })
+                Ok(TypedExpr { id: self.graph.intern(Node::Select(condition, a.id, b.id)), dim })
             }
             ExprKind::Compare(..) | ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) => {
                 Err(diagnostics.error(
@@ -234,25 +236,25 @@ impl<'a> Lowering<'a> {
         value: f64,
         unit: Option<&'a WrittenUnit>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let (value, dim) = match unit {
-            None if value == 0.0 => (0.0, Dim::Zero),
-            None => (value, Dim::ONE),
+            None if value == 0.0 => (0.0, ExprDimension::Zero),
+            None => (value, ExprDimension::ONE),
             Some(written) => {
                 let unit = unit_of(Some(written), diagnostics)?;
-                (unit.to_si(value), Dim::Of(unit.dimension))
+                (unit.to_si(value), ExprDimension::Of(unit.dimension))
             }
         };
-        Ok(Typed { id: self.graph.constant(value), dim })
+        Ok(TypedExpr { id: self.graph.constant(value), dim })
     }
 
     fn sum(
         &mut self,
         terms: &'a [(Sign, Expr)],
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        let mut sum: Option<Result<(Typed, Span), Reported>> = None;
+    ) -> Result<TypedExpr, ErrorReported> {
+        let mut sum: Option<Result<(TypedExpr, Span), ErrorReported>> = None;
         for (sign, term) in terms {
             let typed = self.lower(term, arguments, diagnostics);
             sum = Some(match (sum, typed) {
@@ -270,7 +272,7 @@ impl<'a> Lowering<'a> {
                                 Sign::Minus => Node::Subtract(total.id, typed.id),
                             };
                             let id = self.graph.intern(node);
-                            (Typed { id, dim }, total_span.to(term.span))
+                            (TypedExpr { id, dim }, total_span.to(term.span))
                         })
                 }
             });
@@ -281,10 +283,10 @@ impl<'a> Lowering<'a> {
 
     fn product(
         &mut self,
-        factors: &'a [(Factor, Expr)],
-        arguments: &Arguments<'a>,
+        factors: &'a [(FactorSide, Expr)],
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let is_known = |name: &str| {
             arguments.contains_key(name)
                 || self.scope.names.contains_key(name)
@@ -293,22 +295,22 @@ impl<'a> Lowering<'a> {
         if let Some(mistake) = quotient_for_derivative(factors, &self.scope, &is_known) {
             return Err(diagnostics.error(mistake));
         }
-        let mut product: Option<Result<Typed, Reported>> = None;
+        let mut product: Option<Result<TypedExpr, ErrorReported>> = None;
         for (factor, expr) in factors {
             let typed = self.lower(expr, arguments, diagnostics);
             product = Some(match (product, typed) {
                 (None, typed) => typed,
                 (Some(Err(reported)), _) | (Some(Ok(_)), Err(reported)) => Err(reported),
                 (Some(Ok(total)), Ok(typed)) => {
-                    let over = *factor == Factor::Over;
-                    Spelling::product(total.dim, typed.dim, over, expr.span)
+                    let over = *factor == FactorSide::Over;
+                    UnitSpelling::product(total.dim, typed.dim, over, expr.span)
                         .map_err(|diagnostic| diagnostics.error(diagnostic))
                         .map(|dim| {
                             let node = match factor {
-                                Factor::Times => Node::Multiply(total.id, typed.id),
-                                Factor::Over => Node::Divide(total.id, typed.id),
+                                FactorSide::Times => Node::Multiply(total.id, typed.id),
+                                FactorSide::Over => Node::Divide(total.id, typed.id),
                             };
-                            Typed { id: self.graph.intern(node), dim }
+                            TypedExpr { id: self.graph.intern(node), dim }
                         })
                 }
             });
@@ -321,18 +323,18 @@ impl<'a> Lowering<'a> {
         &mut self,
         expr: &'a Expr,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
-        self.condition(expr, &Arguments::new(), diagnostics)
+    ) -> Result<ExprId, ErrorReported> {
+        self.condition(expr, &OpenArguments::new(), diagnostics)
     }
 
     fn condition(
         &mut self,
         expr: &'a Expr,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<ExprId, Reported> {
+    ) -> Result<ExprId, ErrorReported> {
         let mut chain = |this: &mut Self, parts: &'a [Expr], join: fn(ExprId, ExprId) -> Node| {
-            let mut joined: Option<Result<ExprId, Reported>> = None;
+            let mut joined: Option<Result<ExprId, ErrorReported>> = None;
             for part in parts {
                 let part = this.condition(part, arguments, diagnostics);
                 joined = Some(match (joined, part) {
@@ -382,9 +384,9 @@ impl<'a> Lowering<'a> {
         &mut self,
         name: &'a str,
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         if let Some(typed) = arguments.get(name) {
             return Ok(*typed);
         }
@@ -395,52 +397,57 @@ impl<'a> Lowering<'a> {
             return Err(self.unknown_name(name, span, arguments, diagnostics));
         };
         let (symbol, unit) = match entry.definition {
-            Definition::Time => (Symbol::Time, self.scope.second),
-            Definition::Pi => {
+            NameDefinition::Time => (Symbol::Time, self.scope.second),
+            NameDefinition::Pi => {
                 let id = self.graph.constant(std::f64::consts::PI);
-                return Ok(Typed { id, dim: Dim::ONE });
+                return Ok(TypedExpr { id, dim: ExprDimension::ONE });
             }
-            Definition::Let(_) => {
+            NameDefinition::Let(_) => {
                 return self.lets.get(name).copied().unwrap_or_else(|| {
                     unreachable!("`let`s are done in an order in which each needs earlier ones")
                 });
             }
-            Definition::Function(_) | Definition::Table(_) => {
+            NameDefinition::Function(_) | NameDefinition::Table(_) => {
                 let noun = entry.definition.noun();
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::E205, span, format!("`{name}` is {noun}"))
                         .help(format!("call it: `{name}(…)`")),
                 ));
             }
-            Definition::Size => {
+            NameDefinition::Size => {
                 let size = self.scope.sizes.get(name).copied();
                 let size = size.unwrap_or_else(|| unreachable!("sizes are worked out first"))?;
-                return Ok(Typed { id: self.graph.constant(size as f64), dim: Dim::ONE });
+                return Ok(TypedExpr {
+                    id: self.graph.constant(size as f64),
+                    dim: ExprDimension::ONE,
+                });
             }
-            Definition::Array { .. } | Definition::Vector(_) | Definition::LetArray(_) => {
+            NameDefinition::Array { .. }
+            | NameDefinition::Vector(_)
+            | NameDefinition::LetArray(_) => {
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::E232, span, format!("`{name}` is an array"))
                         .label(entry.span, "declared here")
                         .help(format!("say which element: `{name}[…]`")),
                 ));
             }
-            Definition::Constant(i) => (Symbol::Constant(i), self.scope.dimension(name)?),
-            Definition::Parameter(i) => (Symbol::Parameter(i), self.scope.dimension(name)?),
-            Definition::Input(i) => (Symbol::Input(i), self.scope.dimension(name)?),
-            Definition::Unknown { index, .. } => {
+            NameDefinition::Constant(i) => (Symbol::Constant(i), self.scope.dimension(name)?),
+            NameDefinition::Parameter(i) => (Symbol::Parameter(i), self.scope.dimension(name)?),
+            NameDefinition::Input(i) => (Symbol::Input(i), self.scope.dimension(name)?),
+            NameDefinition::Unknown { index, .. } => {
                 (Symbol::Unknown(index), self.scope.dimension(name)?)
             }
         };
-        Ok(Typed { id: self.graph.symbol(symbol), dim: Dim::Of(unit) })
+        Ok(TypedExpr { id: self.graph.symbol(symbol), dim: ExprDimension::Of(unit) })
     }
 
     pub(super) fn unknown_name(
         &self,
         name: &str,
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Reported {
+    ) -> ErrorReported {
         if let Some(place) = self.scope.outputs.get(name) {
             return diagnostics.error(
                 Diagnostic::new(
@@ -477,9 +484,9 @@ impl<'a> Lowering<'a> {
         function: &'a Name,
         list: &'a [Expr],
         span: Span,
-        arguments: &Arguments<'a>,
+        arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let name = function.text.as_str();
         if name == "der" {
             return self.derivative(list, span, diagnostics);
@@ -488,7 +495,7 @@ impl<'a> Lowering<'a> {
             return self.delay(list, span, arguments, diagnostics);
         }
         let is_known = self.scope.names.contains_key(name) || IntrinsicId::find(name).is_some();
-        if !is_known && Reducing::ALL.iter().any(|(word, _)| *word == name) {
+        if !is_known && ReductionOperation::ALL.iter().any(|(word, _)| *word == name) {
             let array = match list {
                 [Expr { kind: ExprKind::Name(array), .. }] => array,
                 _ => "x",
@@ -516,7 +523,7 @@ impl<'a> Lowering<'a> {
         };
         let definition = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
         match definition {
-            Some((Definition::Function(index), place)) => {
+            Some((NameDefinition::Function(index), place)) => {
                 let declared = self.scope.functions[index];
                 if declared.arguments.len() != list.len() {
                     return Err(wrong_number(declared.arguments.len(), diagnostics));
@@ -526,8 +533,8 @@ impl<'a> Lowering<'a> {
                 let passed = CallArguments { typed, spans, call: span, place };
                 self.open_function(declared, passed, diagnostics)
             }
-            Some((Definition::Table(index), place)) => {
-                let Table { name, arguments, .. } = self.scope.tables[index];
+            Some((NameDefinition::Table(index), place)) => {
+                let TableDeclaration { name, arguments, .. } = self.scope.tables[index];
                 if arguments.len() != list.len() {
                     return Err(wrong_number(arguments.len(), diagnostics));
                 }
@@ -572,7 +579,7 @@ impl<'a> Lowering<'a> {
                     return Err(wrong_number(arity, diagnostics));
                 }
                 failed.map_or(Ok(()), Err)?;
-                let dims: Vec<Located> =
+                let dims: Vec<LocatedDimension> =
                     typed.iter().zip(list).map(|(t, e)| t.at(e.span)).collect();
                 let dim = self
                     .scope
@@ -580,18 +587,18 @@ impl<'a> Lowering<'a> {
                     .call(name, intrinsic.get().unit_rule, &dims, span)
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let ids: Vec<ExprId> = typed.iter().map(|t| t.id).collect();
-                Ok(Typed { id: self.graph.intern_call(intrinsic, &ids), dim })
+                Ok(TypedExpr { id: self.graph.intern_call(intrinsic, &ids), dim })
             }
         }
     }
 
     fn open_function(
         &mut self,
-        function: Function<'a>,
+        function: FunctionDeclaration<'a>,
         passed: CallArguments,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
-        let Function { name, arguments: declared, .. } = function;
+    ) -> Result<TypedExpr, ErrorReported> {
+        let FunctionDeclaration { name, arguments: declared, .. } = function;
         if self.open.contains(&name) {
             let chain = self.open.join("` → `");
             return Err(diagnostics.error(
@@ -604,13 +611,13 @@ impl<'a> Lowering<'a> {
             ));
         }
         let mut taken = Vec::with_capacity(declared.len());
-        for Argument { name, unit } in declared {
+        for FormalArgument { name, unit } in declared {
             let unit = unit.as_ref().map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
             taken.push((name, unit));
         }
         let values = self.bind(name, &taken, &passed, diagnostics)?;
         let names = declared.iter().map(|argument| argument.name.text.as_str());
-        let bound: Arguments<'a> = names.zip(values).collect();
+        let bound: OpenArguments<'a> = names.zip(values).collect();
         let key = (name, passed.typed);
         if let Some(result) = self.calls.get(&key) {
             return *result;
@@ -642,13 +649,13 @@ impl<'a> Lowering<'a> {
         arguments: &[(&Name, Option<Unit>)],
         passed: &CallArguments,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Typed>, Reported> {
+    ) -> Result<Vec<TypedExpr>, ErrorReported> {
         let mut bound = Vec::with_capacity(passed.typed.len());
         let bindings = arguments.iter().zip(&passed.typed).zip(&passed.spans);
         for (((argument, unit), typed), span) in bindings {
             let mut typed = *typed;
             if let Some(unit) = unit {
-                let wanted = Dim::Of(unit.dimension);
+                let wanted = ExprDimension::Of(unit.dimension);
                 if typed.dim.with(wanted).is_none() {
                     let dimension = typed.dim.dimension();
                     return Err(diagnostics.error(
@@ -676,15 +683,18 @@ impl<'a> Lowering<'a> {
     /// Expands a function whose arguments all have units, to find errors in its body.
     pub(super) fn check_function(
         &mut self,
-        function: Function<'a>,
+        function: FunctionDeclaration<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let mut bound = Arguments::new();
+    ) -> Result<(), ErrorReported> {
+        let mut bound = OpenArguments::new();
         for (i, argument) in function.arguments.iter().enumerate() {
             let unit = unit_of(argument.unit.as_ref(), diagnostics)?;
             // Any symbol will do: only its dimension is used.
             let id = self.graph.symbol(Symbol::Input(u32::MAX - i as u32));
-            bound.insert(&argument.name.text, Typed { id, dim: Dim::Of(unit.dimension) });
+            bound.insert(
+                &argument.name.text,
+                TypedExpr { id, dim: ExprDimension::Of(unit.dimension) },
+            );
         }
         self.open.push(function.name);
         let result = self.value_of(function, bound, diagnostics);
@@ -695,16 +705,16 @@ impl<'a> Lowering<'a> {
     /// The value of a function with these arguments: its `let`s one after another, then its body.
     fn value_of(
         &mut self,
-        function: Function<'a>,
-        mut bound: Arguments<'a>,
+        function: FunctionDeclaration<'a>,
+        mut bound: OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         for LocalLet { name, unit, value } in function.lets {
             let typed = match unit {
                 None => self.lower(value, &bound, diagnostics)?,
                 Some(unit) => {
                     let unit = unit_of(Some(unit), diagnostics)?;
-                    self.in_unit(value, &unit, Reading::Value, &bound, diagnostics)?
+                    self.in_unit(value, &unit, NumberReading::Value, &bound, diagnostics)?
                 }
             };
             bound.insert(name.text.as_str(), typed);
@@ -717,7 +727,7 @@ impl<'a> Lowering<'a> {
         list: &'a [Expr],
         span: Span,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Typed, Reported> {
+    ) -> Result<TypedExpr, ErrorReported> {
         let mut only = match list {
             [only] => Some(only),
             _ => None,
@@ -726,7 +736,7 @@ impl<'a> Lowering<'a> {
             only = Some(inner);
         }
         if let Some(Expr { kind: ExprKind::Element(array, index), .. }) = only {
-            return self.element(array, index, true, &Arguments::new(), diagnostics);
+            return self.element(array, index, true, &OpenArguments::new(), diagnostics);
         }
         let Some(Expr { kind: ExprKind::Name(name), span: name_span }) = only else {
             return Err(diagnostics.error(
@@ -739,11 +749,11 @@ impl<'a> Lowering<'a> {
         };
         let entry = self.scope.names.get(name.as_str());
         match entry.map(|entry| (entry.definition, entry.span)) {
-            Some((Definition::Unknown { index, state: true }, _)) => {
+            Some((NameDefinition::Unknown { index, state: true }, _)) => {
                 let unit = self.scope.dimension(name)?;
                 let rate = unit.over(self.scope.second).unwrap_or(Dimension::ONE);
                 let id = self.graph.symbol(Symbol::Derivative(index));
-                Ok(Typed { id, dim: Dim::Of(rate) })
+                Ok(TypedExpr { id, dim: ExprDimension::Of(rate) })
             }
             Some((definition, place)) => {
                 let what = definition.noun();
@@ -757,14 +767,14 @@ impl<'a> Lowering<'a> {
                     .help("only what is declared `state` has a derivative"),
                 ))
             }
-            None => Err(self.unknown_name(name, *name_span, &Arguments::new(), diagnostics)),
+            None => Err(self.unknown_name(name, *name_span, &OpenArguments::new(), diagnostics)),
         }
     }
 }
 
 /// The arguments of a call.
 struct CallArguments {
-    typed: Vec<Typed>,
+    typed: Vec<TypedExpr>,
     spans: Vec<Span>,
     call: Span,
     /// Where the function is declared.
@@ -775,7 +785,7 @@ struct CallArguments {
 pub(super) fn unit_of(
     written: Option<&WrittenUnit>,
     diagnostics: &mut Diagnostics,
-) -> Result<Unit, Reported> {
+) -> Result<Unit, ErrorReported> {
     let Some(written) = written else {
         return Ok(Unit::one());
     };

@@ -125,12 +125,12 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
             let units = OwnUnits::new(declared_units).and(seen);
             let others = names.iter().filter(|other| **other != name.text);
             match value_of(name, value, &units, others, diagnostics) {
-                Value::Known(unit) => {
+                UnitValue::Known(unit) => {
                     take(name, unit, &mut known, diagnostics);
                     false
                 }
-                Value::Wrong => false,
-                Value::Waits => true,
+                UnitValue::Wrong => false,
+                UnitValue::Waits => true,
             }
         });
         if waiting.is_empty() || waiting.len() == before {
@@ -145,7 +145,7 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
 }
 
 /// The value of a unit.
-enum Value {
+enum UnitValue {
     Known(OwnUnit),
     /// It depends on a unit that is not resolved yet.
     Waits,
@@ -159,10 +159,10 @@ fn value_of<'n>(
     own: &OwnUnits,
     mut others: impl Iterator<Item = &'n String>,
     diagnostics: &mut Diagnostics,
-) -> Value {
+) -> UnitValue {
     let mut wrong = |diagnostic: Diagnostic| {
         diagnostics.error(diagnostic);
-        Value::Wrong
+        UnitValue::Wrong
     };
     if parse_unit(&name.text).is_ok() {
         let message = format!("`{}` is a unit of the language", name.text);
@@ -176,13 +176,13 @@ fn value_of<'n>(
         return wrong(Diagnostic::new(Code::E505, expr.span, message));
     }
     let Some(written) = unit else {
-        return Value::Known(OwnUnit::of(*value, &crate::units::Unit::one()));
+        return UnitValue::Known(OwnUnit::of(*value, &crate::units::Unit::one()));
     };
     let text = &written.text;
     match crate::units::parse_unit_with(text, own) {
-        Ok(unit) => Value::Known(OwnUnit::of(*value, &unit)),
+        Ok(unit) => UnitValue::Known(OwnUnit::of(*value, &unit)),
         Err(_) if others.any(|other| mentions(text, other)) || mentions(text, &name.text) => {
-            Value::Waits
+            UnitValue::Waits
         }
         Err(error) => wrong(error.at(text, written.span)),
     }

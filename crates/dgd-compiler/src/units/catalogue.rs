@@ -9,7 +9,7 @@ pub const STANDARD_ATMOSPHERE: f64 = 101_325.0;
 
 /// One unit of the catalogue.
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct UnitRow {
     /// Its usual symbol.
     pub symbol: &'static str,
     /// Other spellings.
@@ -96,10 +96,10 @@ const POUND_FORCE: (f64, f64) = (44_482_216_152_605.0, 1e13);
 /// Pa in a pound-force on a square inch.
 const PSI: (f64, f64) = (44_482_216_152_605.0, 6_451_600_000.0);
 
-impl Row {
+impl UnitRow {
     /// A coherent SI unit.
-    const fn si(symbol: &'static str, dimension: Dimension, doc: &'static str) -> Row {
-        Row { prefixes: Prefixes::Allowed, ..Row::of(symbol, dimension, (1.0, 1.0), doc) }
+    const fn si(symbol: &'static str, dimension: Dimension, doc: &'static str) -> UnitRow {
+        UnitRow { prefixes: Prefixes::Allowed, ..UnitRow::of(symbol, dimension, (1.0, 1.0), doc) }
     }
 
     /// A unit with a factor, and without prefixes.
@@ -108,8 +108,8 @@ impl Row {
         dimension: Dimension,
         factor: (f64, f64),
         doc: &'static str,
-    ) -> Row {
-        Row {
+    ) -> UnitRow {
+        UnitRow {
             symbol,
             aliases: &[],
             dimension,
@@ -122,23 +122,23 @@ impl Row {
     }
 
     /// The unit with SI prefixes allowed.
-    const fn with_prefixes(self) -> Row {
-        Row { prefixes: Prefixes::Allowed, ..self }
+    const fn with_prefixes(self) -> UnitRow {
+        UnitRow { prefixes: Prefixes::Allowed, ..self }
     }
 
     /// The unit with other spellings.
-    const fn or(self, aliases: &'static [&'static str]) -> Row {
-        Row { aliases, ..self }
+    const fn or(self, aliases: &'static [&'static str]) -> UnitRow {
+        UnitRow { aliases, ..self }
     }
 
     /// The unit with an offset.
-    const fn zero_at(self, offset: f64) -> Row {
-        Row { offset, ..self }
+    const fn zero_at(self, offset: f64) -> UnitRow {
+        UnitRow { offset, ..self }
     }
 
     /// The unit with a pressure datum.
-    const fn counted_from(self, datum: Datum) -> Row {
-        Row { datum: Some(datum), ..self }
+    const fn counted_from(self, datum: Datum) -> UnitRow {
+        UnitRow { datum: Some(datum), ..self }
     }
 
     /// Every spelling without a prefix, the symbol first.
@@ -148,114 +148,125 @@ impl Row {
 }
 
 /// Every unit, by kind of quantity.
-pub static CATALOGUE: &[Row] = &[
+pub static CATALOGUE: &[UnitRow] = &[
     // Base units; the kilogram is a gram with a prefix.
-    Row::si("m", LENGTH, "metre"),
-    Row::of("g", MASS, (1.0, 1e3), "gram").with_prefixes(),
-    Row::si("s", TIME, "second").or(&["sec"]),
-    Row::si("A", CURRENT, "ampere"),
-    Row::si("K", TEMPERATURE, "kelvin"),
-    Row::si("mol", AMOUNT, "mole"),
-    Row::si("cd", LUMINOUS_INTENSITY, "candela"),
+    UnitRow::si("m", LENGTH, "metre"),
+    UnitRow::of("g", MASS, (1.0, 1e3), "gram").with_prefixes(),
+    UnitRow::si("s", TIME, "second").or(&["sec"]),
+    UnitRow::si("A", CURRENT, "ampere"),
+    UnitRow::si("K", TEMPERATURE, "kelvin"),
+    UnitRow::si("mol", AMOUNT, "mole"),
+    UnitRow::si("cd", LUMINOUS_INTENSITY, "candela"),
     // Numbers and angles
-    Row::of("%", NUMBER, (1.0, 1e2), "percent: 0.01").or(&["percent"]),
-    Row::of("ppm", NUMBER, (1.0, 1e6), "parts per million"),
-    Row::of("ppb", NUMBER, (1.0, 1e9), "parts per billion: 10⁻⁹"),
-    Row::si("rad", NUMBER, "radian: 1"),
-    Row::of("rev", NUMBER, (std::f64::consts::TAU, 1.0), "revolution: 2π rad"),
-    Row::si("sr", NUMBER, "steradian: 1"),
-    Row::of("deg", NUMBER, (std::f64::consts::PI, 180.0), "degree of arc: π/180").or(&["°"]),
+    UnitRow::of("%", NUMBER, (1.0, 1e2), "percent: 0.01").or(&["percent"]),
+    UnitRow::of("ppm", NUMBER, (1.0, 1e6), "parts per million"),
+    UnitRow::of("ppb", NUMBER, (1.0, 1e9), "parts per billion: 10⁻⁹"),
+    UnitRow::si("rad", NUMBER, "radian: 1"),
+    UnitRow::of("rev", NUMBER, (std::f64::consts::TAU, 1.0), "revolution: 2π rad"),
+    UnitRow::si("sr", NUMBER, "steradian: 1"),
+    UnitRow::of("deg", NUMBER, (std::f64::consts::PI, 180.0), "degree of arc: π/180").or(&["°"]),
     // Time
-    Row::of("min", TIME, (60.0, 1.0), "minute"),
-    Row::of("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
-    Row::of("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
-    Row::of("week", TIME, (604_800.0, 1.0), "week: 7 d"),
-    Row::of("year", TIME, (31_557_600.0, 1.0), "Julian year: 365.25 d").or(&["yr"]),
-    Row::si("Hz", FREQUENCY, "hertz: 1/s"),
-    Row::of("rpm", FREQUENCY, (std::f64::consts::PI, 30.0), "revolutions per minute: 2π/60 rad/s"),
-    Row::of("spm", FREQUENCY, (1.0, 60.0), "strokes per minute: 1/60 s⁻¹"),
+    UnitRow::of("min", TIME, (60.0, 1.0), "minute"),
+    UnitRow::of("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
+    UnitRow::of("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
+    UnitRow::of("week", TIME, (604_800.0, 1.0), "week: 7 d"),
+    UnitRow::of("year", TIME, (31_557_600.0, 1.0), "Julian year: 365.25 d").or(&["yr"]),
+    UnitRow::si("Hz", FREQUENCY, "hertz: 1/s"),
+    UnitRow::of(
+        "rpm",
+        FREQUENCY,
+        (std::f64::consts::PI, 30.0),
+        "revolutions per minute: 2π/60 rad/s",
+    ),
+    UnitRow::of("spm", FREQUENCY, (1.0, 60.0), "strokes per minute: 1/60 s⁻¹"),
     // Length, area, volume
-    Row::of("in", LENGTH, INCH, "inch: 25.4 mm").or(&["inch"]),
-    Row::of("ft", LENGTH, (3048.0, 1e4), "foot: 0.3048 m"),
-    Row::of("yd", LENGTH, (9144.0, 1e4), "yard: 0.9144 m"),
-    Row::of("mi", LENGTH, (1_609_344.0, 1e3), "mile: 1609.344 m"),
-    Row::of("D", AREA, (1.0, 101_325e7), "darcy (permeability)").or(&["darcy"]).with_prefixes(),
-    Row::of("l", VOLUME, (1.0, 1e3), "litre").or(&["L"]).with_prefixes(),
-    Row::of("bbl", VOLUME, (42.0 * GALLON.0, GALLON.1), "oil barrel: 42 US gallons"),
-    Row::of("gal", VOLUME, GALLON, "US gallon: 231 in³"),
+    UnitRow::of("in", LENGTH, INCH, "inch: 25.4 mm").or(&["inch"]),
+    UnitRow::of("ft", LENGTH, (3048.0, 1e4), "foot: 0.3048 m"),
+    UnitRow::of("yd", LENGTH, (9144.0, 1e4), "yard: 0.9144 m"),
+    UnitRow::of("mi", LENGTH, (1_609_344.0, 1e3), "mile: 1609.344 m"),
+    UnitRow::of("D", AREA, (1.0, 101_325e7), "darcy (permeability)").or(&["darcy"]).with_prefixes(),
+    UnitRow::of("l", VOLUME, (1.0, 1e3), "litre").or(&["L"]).with_prefixes(),
+    UnitRow::of("bbl", VOLUME, (42.0 * GALLON.0, GALLON.1), "oil barrel: 42 US gallons"),
+    UnitRow::of("gal", VOLUME, GALLON, "US gallon: 231 in³"),
     // Speed
-    Row::of("mph", SPEED, (1_609_344.0, 3_600e3), "mile per hour: 0.44704 m/s"),
-    Row::of("knot", SPEED, (1852.0, 3600.0), "nautical mile per hour: 1852 m/h").or(&["kn"]),
+    UnitRow::of("mph", SPEED, (1_609_344.0, 3_600e3), "mile per hour: 0.44704 m/s"),
+    UnitRow::of("knot", SPEED, (1852.0, 3600.0), "nautical mile per hour: 1852 m/h").or(&["kn"]),
     // Flow
-    Row::of("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
-    Row::of("gpm", FLOW, (GALLON.0, 60.0 * GALLON.1), "US gallons per minute").or(&["GPM"]),
+    UnitRow::of("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
+    UnitRow::of("gpm", FLOW, (GALLON.0, 60.0 * GALLON.1), "US gallons per minute").or(&["GPM"]),
     // Mass, force
-    Row::of("t", MASS, (1e3, 1.0), "tonne: 1000 kg").or(&["tonne"]),
-    Row::of("lb", MASS, POUND, "pound: 0.45359237 kg").or(&["lbm"]),
-    Row::si("N", FORCE, "newton"),
-    Row::of("lbf", FORCE, POUND_FORCE, "pound-force"),
-    Row::of("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
+    UnitRow::of("t", MASS, (1e3, 1.0), "tonne: 1000 kg").or(&["tonne"]),
+    UnitRow::of("lb", MASS, POUND, "pound: 0.45359237 kg").or(&["lbm"]),
+    UnitRow::si("N", FORCE, "newton"),
+    UnitRow::of("lbf", FORCE, POUND_FORCE, "pound-force"),
+    UnitRow::of("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
     // Concentration
-    Row::of("M", CONCENTRATION, (1e3, 1.0), "molar: 1 mol/l").with_prefixes(),
+    UnitRow::of("M", CONCENTRATION, (1e3, 1.0), "molar: 1 mol/l").with_prefixes(),
     // Density
-    Row::of("sg", DENSITY, (1e3, 1.0), "specific gravity: relative to 1000 kg/m³"),
-    Row::of("ppg", DENSITY, (POUND.0 * 1e4, GALLON.0), "pounds per US gallon"),
-    Row::of("pcf", DENSITY, (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0), "pounds per cubic foot"),
+    UnitRow::of("sg", DENSITY, (1e3, 1.0), "specific gravity: relative to 1000 kg/m³"),
+    UnitRow::of("ppg", DENSITY, (POUND.0 * 1e4, GALLON.0), "pounds per US gallon"),
+    UnitRow::of("pcf", DENSITY, (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0), "pounds per cubic foot"),
     // Pressure
-    Row::si("Pa", PRESSURE, "pascal"),
-    Row::of("bar", PRESSURE, (1e5, 1.0), "bar: 100 kPa").with_prefixes(),
-    Row::of("bara", PRESSURE, (1e5, 1.0), "bar above vacuum")
+    UnitRow::si("Pa", PRESSURE, "pascal"),
+    UnitRow::of("bar", PRESSURE, (1e5, 1.0), "bar: 100 kPa").with_prefixes(),
+    UnitRow::of("bara", PRESSURE, (1e5, 1.0), "bar above vacuum")
         .with_prefixes()
         .counted_from(Datum::Absolute),
-    Row::of("barg", PRESSURE, (1e5, 1.0), "bar above the standard atmosphere")
+    UnitRow::of("barg", PRESSURE, (1e5, 1.0), "bar above the standard atmosphere")
         .with_prefixes()
         .counted_from(Datum::Gauge),
-    Row::of("psi", PRESSURE, PSI, "pound-force per square inch"),
-    Row::of("psia", PRESSURE, PSI, "psi above vacuum").counted_from(Datum::Absolute),
-    Row::of("psig", PRESSURE, PSI, "psi above the standard atmosphere").counted_from(Datum::Gauge),
-    Row::of("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
-    Row::of("atm", PRESSURE, (STANDARD_ATMOSPHERE, 1.0), "standard atmosphere: 101325 Pa"),
-    Row::of("torr", PRESSURE, (STANDARD_ATMOSPHERE, 760.0), "torr: 1/760 of an atmosphere")
+    UnitRow::of("psi", PRESSURE, PSI, "pound-force per square inch"),
+    UnitRow::of("psia", PRESSURE, PSI, "psi above vacuum").counted_from(Datum::Absolute),
+    UnitRow::of("psig", PRESSURE, PSI, "psi above the standard atmosphere")
+        .counted_from(Datum::Gauge),
+    UnitRow::of("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
+    UnitRow::of("atm", PRESSURE, (STANDARD_ATMOSPHERE, 1.0), "standard atmosphere: 101325 Pa"),
+    UnitRow::of("torr", PRESSURE, (STANDARD_ATMOSPHERE, 760.0), "torr: 1/760 of an atmosphere")
         .or(&["Torr"])
         .with_prefixes(),
-    Row::of("mmHg", PRESSURE, (133_322_387_415.0, 1e9), "millimetre of mercury"),
-    Row::of("inHg", PRESSURE, (133_322_387_415.0 * 25.4, 1e9), "inch of mercury"),
-    Row::of("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
-    Row::of("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
+    UnitRow::of("mmHg", PRESSURE, (133_322_387_415.0, 1e9), "millimetre of mercury"),
+    UnitRow::of("inHg", PRESSURE, (133_322_387_415.0 * 25.4, 1e9), "inch of mercury"),
+    UnitRow::of("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
+    UnitRow::of("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
     // Energy, power
-    Row::si("J", ENERGY, "joule"),
-    Row::si("Nm", ENERGY, "newton metre, of torque: 1 J"),
-    Row::of("eV", ENERGY, (1_602_176_634.0, 1e28), "electronvolt: 1.602176634e-19 J")
+    UnitRow::si("J", ENERGY, "joule"),
+    UnitRow::si("Nm", ENERGY, "newton metre, of torque: 1 J"),
+    UnitRow::of("eV", ENERGY, (1_602_176_634.0, 1e28), "electronvolt: 1.602176634e-19 J")
         .with_prefixes(),
-    Row::of("cal", ENERGY, (4184.0, 1e3), "thermochemical calorie: 4.184 J").with_prefixes(),
-    Row::of("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
-    Row::si("W", POWER, "watt"),
-    Row::si("VA", POWER, "volt-ampere, of apparent power: 1 W"),
-    Row::si("var", POWER, "volt-ampere reactive: 1 W"),
-    Row::of("hp", POWER, (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1), "mechanical horsepower"),
+    UnitRow::of("cal", ENERGY, (4184.0, 1e3), "thermochemical calorie: 4.184 J").with_prefixes(),
+    UnitRow::of("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
+    UnitRow::si("W", POWER, "watt"),
+    UnitRow::si("VA", POWER, "volt-ampere, of apparent power: 1 W"),
+    UnitRow::si("var", POWER, "volt-ampere reactive: 1 W"),
+    UnitRow::of(
+        "hp",
+        POWER,
+        (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1),
+        "mechanical horsepower",
+    ),
     // Viscosity
-    Row::of("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
-    Row::of("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
+    UnitRow::of("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
+    UnitRow::of("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
     // Electricity
-    Row::si("C", CHARGE, "coulomb"),
-    Row::of("Ah", CHARGE, (3600.0, 1.0), "ampere-hour: 3600 C").with_prefixes(),
-    Row::si("V", VOLTAGE, "volt"),
-    Row::si("ohm", RESISTANCE, "ohm").or(&["Ohm", "\u{3a9}", "\u{2126}"]),
-    Row::si("S", CONDUCTANCE, "siemens"),
-    Row::si("F", CAPACITANCE, "farad"),
-    Row::si("Wb", FLUX, "weber"),
-    Row::si("T", FLUX_DENSITY, "tesla"),
-    Row::si("H", INDUCTANCE, "henry"),
+    UnitRow::si("C", CHARGE, "coulomb"),
+    UnitRow::of("Ah", CHARGE, (3600.0, 1.0), "ampere-hour: 3600 C").with_prefixes(),
+    UnitRow::si("V", VOLTAGE, "volt"),
+    UnitRow::si("ohm", RESISTANCE, "ohm").or(&["Ohm", "\u{3a9}", "\u{2126}"]),
+    UnitRow::si("S", CONDUCTANCE, "siemens"),
+    UnitRow::si("F", CAPACITANCE, "farad"),
+    UnitRow::si("Wb", FLUX, "weber"),
+    UnitRow::si("T", FLUX_DENSITY, "tesla"),
+    UnitRow::si("H", INDUCTANCE, "henry"),
     // Temperature: 0 °F is 459.67 °R, and nine degrees Rankine are five kelvin.
-    Row::of("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius").or(&["degC"]).zero_at(273.15),
-    Row::of("°F", TEMPERATURE, (5.0, 9.0), "degree Fahrenheit")
+    UnitRow::of("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius").or(&["degC"]).zero_at(273.15),
+    UnitRow::of("°F", TEMPERATURE, (5.0, 9.0), "degree Fahrenheit")
         .or(&["degF"])
         .zero_at(459.67 * 5.0 / 9.0),
-    Row::of("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
+    UnitRow::of("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
 ];
 
 /// The row and factor of a symbol: a whole symbol, or else a prefix and a unit.
-pub(super) fn find(symbol: &str) -> Option<(&'static Row, (f64, f64))> {
+pub(super) fn find(symbol: &str) -> Option<(&'static UnitRow, (f64, f64))> {
     let exact = |symbol: &str| CATALOGUE.iter().find(|row| row.spellings().any(|s| s == symbol));
     if let Some(row) = exact(symbol) {
         return Some((row, row.factor));

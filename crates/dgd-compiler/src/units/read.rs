@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::catalogue::{all_spellings, find};
 use super::{Datum, Dimension, Exponent, OwnUnits, Unit, grammar};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
-use crate::source::{Sources, Span};
+use crate::source::{SourceMap, Span};
 
 /// The reason why a text is not a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -190,7 +190,7 @@ fn power(x: f64, exponent: Exponent) -> f64 {
 /// # Errors
 ///
 /// A [`Diagnostic`] if the text is not a unit.
-pub fn read_unit(text: &str, brackets: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
+pub fn read_unit(text: &str, brackets: Span, sources: &SourceMap) -> Result<Unit, Box<Diagnostic>> {
     parse_unit_with(text, &OwnUnits::declared(&sources.units)).map_err(|error| {
         // The text is the content of the brackets, without surrounding blanks.
         let before = sources.text(brackets).find(text).unwrap_or(0);
@@ -199,7 +199,7 @@ pub fn read_unit(text: &str, brackets: Span, sources: &Sources) -> Result<Unit, 
 }
 
 /// A symbol found in the catalogue, or among the units that a file declares.
-struct Found {
+struct CatalogueSymbol {
     dimension: Dimension,
     /// Its factor, with that of its prefix.
     factor: (f64, f64),
@@ -246,7 +246,7 @@ const LONGEST_PRODUCT: usize = 24;
 /// Logarithms of ratios that look like units.
 const LOGARITHMS: &[&str] = &["dB", "dBA", "dBm", "dBV", "dBu", "dBi", "dBFS", "Np"];
 
-fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError> {
+fn look_up(factor: &grammar::UnitFactor, own: &OwnUnits) -> Result<CatalogueSymbol, UnitError> {
     let whole = format!("{}{}", factor.symbol, factor.digits);
     let one = Exponent::new(1, 1);
     let (symbol, digits) =
@@ -259,11 +259,11 @@ fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError>
         };
     if let (Some(unit), Some(digits)) = (own.get(symbol), digits) {
         let (dimension, factor) = (unit.dimension, (unit.factor, 1.0));
-        return Ok(Found { dimension, factor, offset: 0.0, datum: None, digits });
+        return Ok(CatalogueSymbol { dimension, factor, offset: 0.0, datum: None, digits });
     }
     if let (Some((row, factor)), Some(digits)) = (find(symbol), digits) {
         let (dimension, offset, datum) = (row.dimension, row.offset, row.datum);
-        return Ok(Found { dimension, factor, offset, datum, digits });
+        return Ok(CatalogueSymbol { dimension, factor, offset, datum, digits });
     }
     let range = factor.range.clone();
     if LOGARITHMS.contains(&whole.as_str()) {

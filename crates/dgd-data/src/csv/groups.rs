@@ -1,8 +1,8 @@
 //! Reads the columns of a Parquet file into a [`Table`], some rows at a time: the counterpart of [`rows`](super::rows)
 //! without text.
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, SourceText};
 
 use crate::csv::header::Header;
 use crate::csv::kept::Kept;
@@ -16,9 +16,9 @@ pub(crate) fn read(
     place: Place,
     name: &str,
     reading: Reading<'_>,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
+) -> Result<Table, ErrorReported> {
     let mut taking = Taking { name, reading, sources, diagnostics, rows: None };
     let read = parquet::read(place, &mut taking);
     let Taking { rows, .. } = taking;
@@ -34,15 +34,15 @@ pub(crate) fn read(
 struct Taking<'a> {
     name: &'a str,
     reading: Reading<'a>,
-    sources: &'a mut Sources,
+    sources: &'a mut SourceMap,
     diagnostics: &'a mut Diagnostics,
-    rows: Option<Result<Rows, Reported>>,
+    rows: Option<Result<Rows, ErrorReported>>,
 }
 
 impl Taking<'_> {
-    fn below(&mut self, names: &[String]) -> Result<Rows, Reported> {
+    fn below(&mut self, names: &[String]) -> Result<Rows, ErrorReported> {
         let names = || names.iter().map(String::as_str);
-        let source = Source { name: self.name.to_owned(), text: Header::line(names()) };
+        let source = SourceText { name: self.name.to_owned(), text: Header::line(names()) };
         let kept = Kept { source: self.sources.add(source), whole: false };
         let mut header = Header::named(names());
         header.rename(self.reading.renames, kept, self.sources, self.diagnostics)?;
@@ -84,7 +84,7 @@ mod tests {
 
     /// All contents of a table, numbers bit by bit, or each mistake as `code message; text`.
     fn read(bytes: &[u8], reading: Reading<'_>) -> Result<String, Vec<String>> {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = folder.path().join("a");
         fs::write(&path, bytes).expect("writable");
@@ -166,7 +166,7 @@ mod tests {
         let csv = "time [s],x [m],y [m]\n0,1,2\n1,3,4\n";
         let reading = Reading::default().of(&["y"]);
         for file in [written(csv), csv.as_bytes().to_vec()] {
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
             let folder = tempfile::tempdir().expect("a folder for the test");
             let path = folder.path().join("a");
             fs::write(&path, &file).expect("writable");

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, Span};
 use dgd_compiler::units::{Unit, parse_unit, read_unit};
 
 use crate::cell::quoted;
@@ -71,7 +71,7 @@ impl Header {
     }
 
     /// The columns, without values.
-    pub(crate) fn columns(&self, kept: Kept, sources: &Sources) -> Vec<Column> {
+    pub(crate) fn columns(&self, kept: Kept, sources: &SourceMap) -> Vec<Column> {
         let mut columns: Vec<Column> = Vec::with_capacity(self.cells.len());
         for cell in &self.cells {
             let place = kept.span(&cell.place);
@@ -122,7 +122,7 @@ impl Header {
         columns: &[Column],
         kept: Kept,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let Cell { text: first, place: first_place, .. } = &self.cells[0];
         if self.open_quote {
             let place = self.cells.last().map_or(&self.place, |cell| &cell.place);
@@ -187,7 +187,11 @@ pub(crate) struct Parsed<'a> {
 }
 
 /// The unit at the end of the text in this span.
-pub(crate) fn unit_at(text: &str, place: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
+pub(crate) fn unit_at(
+    text: &str,
+    place: Span,
+    sources: &SourceMap,
+) -> Result<Unit, Box<Diagnostic>> {
     // The last bracket opens the unit; earlier ones belong to the name.
     let bracket = sources.text(place).rfind('[').unwrap_or_default() as u32;
     let span = Span { start: place.start + bracket, ..place };

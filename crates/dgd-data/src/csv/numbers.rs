@@ -1,7 +1,7 @@
 //! Reads columns of numbers into a [`Table`]: the counterpart of [`rows`](super::rows) without text.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, SourceText};
 use sha2::{Digest, Sha256};
 
 use crate::columns::Columns;
@@ -17,10 +17,10 @@ pub(crate) fn read(
     columns: &Columns,
     name: &str,
     reading: Reading<'_>,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let source = sources.add(Source { name: name.to_owned(), text: columns.headers() });
+) -> Result<Table, ErrorReported> {
+    let source = sources.add(SourceText { name: name.to_owned(), text: columns.headers() });
     let kept = Kept { source, whole: false };
     let mut header = Header::named(columns.names());
     if let Err(diagnostic) = verify(columns, &header, kept) {
@@ -84,7 +84,7 @@ mod tests {
 
     /// The result of `read`, or each mistake as `code line:column message; text`.
     fn read(columns: &Columns, renames: &[Rename]) -> Result<Table, Vec<String>> {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let files = InMemory::default().with_columns("data 1", columns.clone());
         let reading = Reading::default().renamed(renames);
         let table = reading.read(&files, Path::new("data 1"), &mut sources, &mut diagnostics);
@@ -124,7 +124,7 @@ mod tests {
         ];
         for tables in tables {
             let columns = columns(tables);
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
             let text = columns.to_csv();
             let of_text = read_from("a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
             let of_text = of_text.unwrap_or_else(|_| panic!("{text}"));

@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 
 use crate::csv::header::{Header, Renamed, parse, unit_at};
 use crate::csv::kept::Kept;
@@ -35,14 +35,14 @@ impl Rename {
     /// Parses the name and the unit in a source of their own.
     fn read(
         &self,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Renamed, Reported> {
+    ) -> Result<Renamed, ErrorReported> {
         let text = format!("{}={}", self.column, self.name);
         let byte = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
         let (start, end) = (byte(self.column.len() + 1), byte(text.len()));
         // One source serves all files.
-        let source = sources.add_once(Source { name: "(--rename)".to_owned(), text });
+        let source = sources.add_once(SourceText { name: "(--rename)".to_owned(), text });
         let place = Span { source, start, end };
         let parsed = parse(&self.name);
         if let Some(fault) = parsed.fault {
@@ -65,9 +65,9 @@ impl Header {
         &mut self,
         renames: &[Rename],
         kept: Kept,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
+    ) -> Result<(), ErrorReported> {
         let names: Vec<String> =
             self.cells.iter().map(|cell| parse(&cell.text).name.to_owned()).collect();
         let mut reported = Ok(());

@@ -1,7 +1,7 @@
 //! Reads the rows of a file into the columns of a [`Table`].
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use dgd_compiler::source::{Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use dgd_compiler::source::{SourceMap, Span};
 
 use crate::cell::{number, shown};
 use crate::csv::header::{Header, take_as_time};
@@ -33,9 +33,9 @@ impl Rows {
         header: &Header,
         reading: Reading<'_>,
         kept: Kept,
-        sources: &Sources,
+        sources: &SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Rows, Reported> {
+    ) -> Result<Rows, ErrorReported> {
         let mut columns = header.columns(kept, sources);
         let time_note = take_as_time(&mut columns);
         header.verify(&columns, kept, diagnostics)?;
@@ -180,7 +180,7 @@ impl Rows {
     }
 
     /// The table, unless a mistake invalidates it as a whole.
-    pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Table, Reported> {
+    pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Table, ErrorReported> {
         let mut reported = Ok(());
         if let Some(place) = self.open_quote {
             let message = "a quoted cell is not closed";

@@ -1,6 +1,6 @@
 //! The time column: seconds since the first sample, in order.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::Dimension;
 
@@ -64,7 +64,7 @@ impl Time {
         column: Column,
         order: Order,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Time, Reported> {
+    ) -> Result<Time, ErrorReported> {
         if let Some(fault) = column.fault {
             return Err(diagnostics.error(fault));
         }
@@ -218,7 +218,7 @@ impl Time {
     }
 
     /// All times, unless mistakes invalidate the whole file.
-    pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Timed, Reported> {
+    pub(crate) fn finish(self, diagnostics: &mut Diagnostics) -> Result<Timed, ErrorReported> {
         let mut reported = Ok(());
         if let Some((cells, fault)) = self.unreadable {
             let diagnostic = cells.diagnostic(Code::E607, fault.message(&cells.text));

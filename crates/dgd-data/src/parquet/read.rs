@@ -274,7 +274,7 @@ mod tests {
     use std::sync::Arc;
 
     use dgd_compiler::diagnostics::Diagnostics;
-    use dgd_compiler::source::Sources;
+    use dgd_compiler::source::SourceMap;
     use parquet::basic::Repetition;
     use parquet::data_type::{ByteArrayType, DoubleType, Int64Type};
     use parquet::file::writer::SerializedFileWriter;
@@ -339,7 +339,7 @@ mod tests {
              1970-01-01T00:00:01.5Z,NaN,\n\
              1970-01-01T00:00:03Z,1583.7,c\n"
         );
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let table = read_from("a.parquet", file.as_slice(), &mut sources, &mut diagnostics)
             .expect("a recording");
         assert_eq!(table.time.as_deref(), Some([0.0, 0.5, 2.0].as_slice()));

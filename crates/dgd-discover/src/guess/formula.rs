@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use dgd_compiler::model::{Declared, Model};
+use dgd_compiler::model::{DeclarationHeader, Model};
 use dgd_compiler::units::{Dimension, Exponent, Unit, describe, parse_unit};
 
 use super::forms::{FORMS, Form, Inner};
@@ -21,7 +21,7 @@ pub(crate) struct Factor {
 /// Names that a formula may contain: inputs, time, unknowns, then the differences of those that have the same
 /// dimension. Dimensionless names have no differences.
 pub(crate) fn names(model: &Model) -> Vec<Factor> {
-    let factor = |declared: &Declared| Factor {
+    let factor = |declared: &DeclarationHeader| Factor {
         name: declared.name.clone(),
         unit: declared.unit.of_differences(),
         difference: None,

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::Model;
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_compiler::units::Unit;
 
@@ -169,9 +169,9 @@ pub(crate) fn change(kind: PlaceKind, place: &str, sum: &str) -> (&'static str, 
 }
 
 /// Reads an effect from its text, which is added to the sources.
-pub(crate) fn read_effect(file: &str, text: String, sources: &mut Sources) -> Option<Effect> {
+pub(crate) fn read_effect(file: &str, text: String, sources: &mut SourceMap) -> Option<Effect> {
     let mut diagnostics = Diagnostics::default();
-    let id = sources.add(Source { name: file.to_owned(), text });
+    let id = sources.add(SourceText { name: file.to_owned(), text });
     let ast = parse(id, sources, &mut diagnostics).ok()?;
     Effect::read(ast, &mut diagnostics).ok()
 }

@@ -24,7 +24,7 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use dgd_compiler::model::Model;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::parallel::in_parallel;
@@ -95,7 +95,7 @@ pub struct GuessedTerm {
 /// The data for a guess.
 pub(crate) struct Guessing<'a> {
     pub base: &'a BaseModel,
-    pub sources: &'a Sources,
+    pub sources: &'a SourceMap,
     pub model: &'a Model,
     pub fitted: &'a Fitted,
     pub data: &'a Data<'a>,

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::System;
@@ -41,7 +41,7 @@ pub(crate) struct Inserted {
     names: Vec<Factor>,
     pub(crate) fitted: Fitted,
     /// Sources with the effect's text.
-    pub(crate) sources: Sources,
+    pub(crate) sources: SourceMap,
     /// Recorded ranges of the names that the terms read.
     pub(crate) ranges: Vec<LawRange>,
 }

@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_runtime::parallel::in_parallel;
 
 use crate::fit::{Data, Fitted};
@@ -57,7 +57,7 @@ const HOPEFUL: f64 = 10.0;
 #[derive(Clone, Copy)]
 pub(crate) struct Laws<'a> {
     pub(crate) base: &'a BaseModel,
-    pub(crate) sources: &'a Sources,
+    pub(crate) sources: &'a SourceMap,
     pub(crate) model: &'a Model,
     pub(crate) fitted: &'a Fitted,
     pub(crate) data: &'a Data<'a>,

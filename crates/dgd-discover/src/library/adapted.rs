@@ -29,9 +29,9 @@ use std::collections::BTreeMap;
 
 use dgd_compiler::effects::{Effect, bind};
 use dgd_compiler::expr::{ExprId, Symbol};
-use dgd_compiler::model::{Declared, Model};
+use dgd_compiler::model::{DeclarationHeader, Model};
 use dgd_compiler::syntax::ast::{
-    AttributeKind, Clause, ClauseKind, Expr, ExprKind, Factor, ItemKind, Target,
+    AttributeKind, ClauseKind, EffectClause, EffectTarget, Expr, ExprKind, FactorSide, ItemKind,
 };
 use dgd_compiler::units::Dimension;
 use dgd_identify::Recording;
@@ -86,12 +86,12 @@ pub(crate) fn adapted(
             |arguments: &Vec<String>| is_of_the_field(&template.name.text, arguments, model);
         for arguments in bind(template, model).into_iter().filter(is_own) {
             let quantity = |slot: &str| {
-                let Target::Template(slots) = &template.target else { return None };
+                let EffectTarget::Template(slots) = &template.target else { return None };
                 let place = slots.iter().position(|known| known.name.text == slot)?;
                 Quantity::new(arguments.get(place)?, model, &measure.ranges)
             };
             let named = |slot: &str| {
-                let Target::Template(slots) = &template.target else { return None };
+                let EffectTarget::Template(slots) = &template.target else { return None };
                 arguments.get(slots.iter().position(|known| known.name.text == slot)?)
             };
             let value = |name: &str, slots: &[&str]| match (name, slots) {
@@ -180,7 +180,7 @@ fn spread(effect: &mut Effect, named: impl Fn(&str) -> Option<String>, model: &M
 }
 
 /// A clause that replaces something in this equation.
-fn in_equation(clause: &Clause, label: &str) -> Clause {
+fn in_equation(clause: &EffectClause, label: &str) -> EffectClause {
     let mut replaced = clause.clone();
     if let ClauseKind::Replace { equation: Some(equation), .. } = &mut replaced.kind {
         label.clone_into(&mut equation.text);
@@ -220,7 +220,7 @@ impl Quantity {
         let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
         let outputs = model.outputs.iter().map(|output| &output.declared);
         let mut quantities = inputs.chain(unknowns).chain(outputs);
-        let declared: &Declared = quantities.find(|declared| declared.name == name)?;
+        let declared: &DeclarationHeader = quantities.find(|declared| declared.name == name)?;
         let (_, _, a, b) = ranges.iter().find(|(known, ..)| known == name)?;
         let factor = declared.unit.factor.abs();
         let has_unit = declared.unit.dimension != Dimension::ONE;
@@ -332,19 +332,20 @@ fn value_of(expr: &Expr, meaning: &Meaning<'_>) -> Value {
             names.map_or(Value::Other, |names| named(meaning(&function.text, &names)))
         }
         ExprKind::Product(factors) => {
-            let times =
-                |all: Value, (how, factor): &(Factor, Expr)| match (all, value_of(factor, meaning))
-                {
-                    (Value::Missing, _) | (_, Value::Missing) => Value::Missing,
-                    (Value::Number(a, of_a), Value::Number(b, of_b)) => {
-                        let product = match how {
-                            Factor::Times => a * b,
-                            Factor::Over => a / b,
-                        };
-                        Value::Number(product, of_a || of_b)
-                    }
-                    _ => Value::Other,
-                };
+            let times = |all: Value, (how, factor): &(FactorSide, Expr)| match (
+                all,
+                value_of(factor, meaning),
+            ) {
+                (Value::Missing, _) | (_, Value::Missing) => Value::Missing,
+                (Value::Number(a, of_a), Value::Number(b, of_b)) => {
+                    let product = match how {
+                        FactorSide::Times => a * b,
+                        FactorSide::Over => a / b,
+                    };
+                    Value::Number(product, of_a || of_b)
+                }
+                _ => Value::Other,
+            };
             factors.iter().fold(Value::Number(1.0, false), times)
         }
         _ => Value::Other,

@@ -1,13 +1,13 @@
 //! Lists every way to apply the effects of a library to a model.
 
-use dgd_compiler::effects::{Application, Effect, Reach, bind};
+use dgd_compiler::effects::{Effect, EffectApplication, EffectReach, bind};
 use dgd_compiler::model::Model;
 use dgd_compiler::syntax::ast::Ast;
 use dgd_compiler::syntax::ast::{
-    Attribute, AttributeKind, ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, SlotKind,
-    Target,
+    Attribute, AttributeKind, ClauseKind, EffectKind, EffectTarget, Expr, ExprKind, ItemKind, Name,
+    SlotKind,
 };
-use dgd_compiler::syntax::visit::{self, Part};
+use dgd_compiler::syntax::visit::{self, ItemPart};
 
 use super::adapted::Adapted;
 use super::number::plain;
@@ -16,7 +16,7 @@ use super::number::plain;
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate<'a> {
     /// The effect and its arguments.
-    pub application: Application<'a>,
+    pub application: EffectApplication<'a>,
     /// Parameters of the effect file that are compared with time: they give an onset.
     pub onsets: Vec<String>,
     /// Parameters of the effect file that are delays.
@@ -24,7 +24,7 @@ pub(crate) struct Candidate<'a> {
     /// Whether it is a template that fits any model.
     pub is_generic: bool,
     /// The parts of the model that it replaces and hides.
-    pub reach: Reach,
+    pub reach: EffectReach,
     /// Whether it has constants without influence where the effect vanishes.
     pub has_inner: bool,
     /// Whether it brings unknowns of its own.
@@ -39,11 +39,11 @@ impl<'a> Candidate<'a> {
         let arguments = arguments.iter().map(name).collect();
         let (onsets, delays) = moments(effect);
         Candidate {
-            application: Application { effect, arguments, span },
+            application: EffectApplication { effect, arguments, span },
             onsets,
             delays,
             is_generic,
-            reach: Reach::default(),
+            reach: EffectReach::default(),
             has_inner: has_inner(effect),
             brings_unknowns: brings_unknowns(effect),
         }
@@ -125,26 +125,28 @@ impl Candidate<'_> {
     /// Whether it is a template that takes an input.
     pub(crate) fn is_at_input(&self) -> bool {
         match &self.application.effect.target {
-            Target::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Input),
-            Target::Model(_) => false,
+            EffectTarget::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Input),
+            EffectTarget::Model(_) => false,
         }
     }
 
     /// Whether it is a template that takes any quantity of the model.
     pub(crate) fn depends_on_a_quantity(&self) -> bool {
         match &self.application.effect.target {
-            Target::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Quantity),
-            Target::Model(_) => false,
+            EffectTarget::Template(slots) => {
+                slots.iter().any(|slot| slot.kind == SlotKind::Quantity)
+            }
+            EffectTarget::Model(_) => false,
         }
     }
 
     /// Whether it is a template for a parameter.
     pub(crate) fn changes_a_parameter(&self) -> bool {
         match &self.application.effect.target {
-            Target::Template(slots) => {
+            EffectTarget::Template(slots) => {
                 slots.first().is_some_and(|slot| slot.kind == SlotKind::Parameter)
             }
-            Target::Model(_) => false,
+            EffectTarget::Model(_) => false,
         }
     }
 
@@ -170,7 +172,7 @@ pub(crate) fn candidates<'a>(
         for arguments in bind(effect, model) {
             let candidate = Candidate::new(effect, &arguments, false);
             // An effect that cannot be applied is refused later, and not screened together with others.
-            let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
+            let reach = EffectReach::of(asts, &candidate.application).unwrap_or_default();
             candidates.push(Candidate { reach, ..candidate });
         }
     }
@@ -184,8 +186,8 @@ pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)
             return Some("only adds to the model and changes nothing in it".to_owned());
         }
         bind(effect, model).is_empty().then(|| match &effect.target {
-            Target::Model(name) => format!("is for the model `{}`", name.text),
-            Target::Template(_) => {
+            EffectTarget::Model(name) => format!("is for the model `{}`", name.text),
+            EffectTarget::Template(_) => {
                 "finds nothing in the model that it could be applied to".to_owned()
             }
         })
@@ -201,7 +203,7 @@ pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candida
             continue;
         }
         let candidate = Candidate::new(effect, arguments, true);
-        let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
+        let reach = EffectReach::of(asts, &candidate.application).unwrap_or_default();
         candidates.push(Candidate { reach, ..candidate });
     }
     candidates
@@ -266,7 +268,7 @@ fn moments(effect: &Effect) -> (Vec<String>, Vec<String>) {
             parameters.push(name.text.clone());
         }
         visit::parts_mut(&mut item.clone(), &mut |part| {
-            if let Part::Expr(_, expr) = part {
+            if let ItemPart::Expr(_, expr) = part {
                 expressions.push(expr.clone());
             }
         });
@@ -334,8 +336,8 @@ impl Candidate<'_> {
     pub(crate) fn target(&self) -> String {
         let effect = self.application.effect;
         let slots = match &effect.target {
-            Target::Template(slots) => slots.as_slice(),
-            Target::Model(_) => &[],
+            EffectTarget::Template(slots) => slots.as_slice(),
+            EffectTarget::Model(_) => &[],
         };
         let is_slot = |name: &Name| slots.iter().any(|slot| slot.name.text == name.text);
         let changed =

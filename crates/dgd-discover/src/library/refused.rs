@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::effects::{Application, Blending, apply};
+use dgd_compiler::effects::{EffectApplication, EffectBlending, apply};
 use dgd_runtime::parallel::in_parallel_stateless;
 
 use super::candidates::Candidate;
@@ -44,10 +44,10 @@ impl BaseModel {
     /// Those of some candidates, none of which excludes another, with which the model does not compile. All are
     /// compiled in one model, and in halves if that fails.
     fn refused_of(&self, all: &[Candidate<'_>], some: &[usize]) -> Vec<(usize, Refused)> {
-        let applications: Vec<Application<'_>> =
+        let applications: Vec<EffectApplication<'_>> =
             some.iter().map(|&c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
-        let compiled = apply(&self.asts, &applications, Blending::Applied, &mut diagnostics)
+        let compiled = apply(&self.asts, &applications, EffectBlending::Applied, &mut diagnostics)
             .map_err(|_| Refused::by(&diagnostics))
             .and_then(|applied| self.assemble(&applied.asts));
         match (compiled, some) {

@@ -16,8 +16,8 @@ use std::collections::BTreeSet;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::expr::intrinsics::IntrinsicId;
-use dgd_compiler::expr::{ExprId, Graph, Symbol};
-use dgd_compiler::model::{Declared, Density, Input, Interpolation, Model, resolve};
+use dgd_compiler::expr::{ExprGraph, ExprId, Symbol};
+use dgd_compiler::model::{DeclarationHeader, Density, Input, Interpolation, Model, resolve};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::Unit;
 use dgd_identify::{OutputErrorProblem, Recording, Shape, evaluate};
@@ -87,7 +87,7 @@ impl Stretch {
         self.floor * (scaled / self.slope).sinh()
     }
 
-    fn expression(self, graph: &mut Graph, y: ExprId) -> ExprId {
+    fn expression(self, graph: &mut ExprGraph, y: ExprId) -> ExprId {
         let [floor, square, slope, sign] =
             [self.floor, self.floor * self.floor, self.sign * self.slope, self.sign]
                 .map(|value| graph.constant(value));
@@ -102,7 +102,7 @@ impl Stretch {
     }
 }
 
-fn call(graph: &mut Graph, name: &str, of: ExprId) -> ExprId {
+fn call(graph: &mut ExprGraph, name: &str, of: ExprId) -> ExprId {
     let function = IntrinsicId::find(name).expect("a function of the language");
     graph.call(function, &[of])
 }
@@ -168,7 +168,7 @@ impl Scales {
         let mut model = self.without_deviations(model);
         for scale in self.outputs.iter().filter(|scale| scale.weight.is_some()) {
             model.inputs.push(Input {
-                declared: Declared {
+                declared: DeclarationHeader {
                     name: format!("weight({})", scale.name),
                     span: Span::default(),
                     unit: Unit::one(),

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_compiler::dae::{Dae, assemble};
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::effects::{Application, Applied, Blending, Brought, apply};
+use dgd_compiler::effects::{
+    AddedItems, EffectApplication, EffectBlending, ModelWithEffects, apply,
+};
 use dgd_compiler::model::{Model, ModelOptions, resolve};
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::syntax::ast::Ast;
@@ -51,7 +53,7 @@ pub(crate) struct Structure {
     /// Its syntax trees.
     pub asts: Vec<Ast>,
     /// The additions of each candidate, in the order of their positions.
-    pub brought: Vec<Brought>,
+    pub brought: Vec<AddedItems>,
     /// Positions of parameters that are onsets.
     pub onsets: Vec<usize>,
     /// Positions of parameters that are delays.
@@ -71,7 +73,7 @@ impl BaseModel {
         all: &[Candidate<'_>],
         id: StructureId,
     ) -> Result<Structure, Refused> {
-        let Applied { asts, brought } = self.apply(all, id)?;
+        let ModelWithEffects { asts, brought } = self.apply(all, id)?;
         let dae = self.assemble(&asts)?;
         let directions = self.free_directions(&dae, &brought);
         let free_ones = |of: for<'b> fn(&'b Candidate<'_>) -> &'b [String]| -> Vec<usize> {
@@ -93,14 +95,15 @@ impl BaseModel {
         all: &[Candidate<'_>],
         structure: StructureId,
         others: &[usize],
-        at_nothing: Blending,
-    ) -> Result<(Loaded, Vec<Brought>), Refused> {
+        at_nothing: EffectBlending,
+    ) -> Result<(Loaded, Vec<AddedItems>), Refused> {
         let base = self.apply(all, structure)?;
-        let others: Vec<Application<'_>> =
+        let others: Vec<EffectApplication<'_>> =
             others.iter().map(|&c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
-        let Applied { asts, brought } = apply(&base.asts, &others, at_nothing, &mut diagnostics)
-            .map_err(|_| Refused::by(&diagnostics))?;
+        let ModelWithEffects { asts, brought } =
+            apply(&base.asts, &others, at_nothing, &mut diagnostics)
+                .map_err(|_| Refused::by(&diagnostics))?;
         let dae = self.assemble(&asts)?;
         let directions: Vec<Direction> = brought
             .iter()
@@ -131,11 +134,15 @@ impl BaseModel {
         })
     }
 
-    fn apply(&self, all: &[Candidate<'_>], structure: StructureId) -> Result<Applied, Refused> {
-        let applications: Vec<Application<'_>> =
+    fn apply(
+        &self,
+        all: &[Candidate<'_>],
+        structure: StructureId,
+    ) -> Result<ModelWithEffects, Refused> {
+        let applications: Vec<EffectApplication<'_>> =
             structure.effects().map(|c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
-        apply(&self.asts, &applications, Blending::Applied, &mut diagnostics)
+        apply(&self.asts, &applications, EffectBlending::Applied, &mut diagnostics)
             .map_err(|_| Refused::by(&diagnostics))
     }
 
@@ -150,7 +157,7 @@ impl BaseModel {
     }
 
     /// Parameters and start values to estimate: those requested of the model, and those that the effects do not fix.
-    fn free_directions(&self, dae: &Dae, brought: &[Brought]) -> Vec<Direction> {
+    fn free_directions(&self, dae: &Dae, brought: &[AddedItems]) -> Vec<Direction> {
         let named = |list: &[String], name: &str| list.iter().any(|listed| listed == name);
         let is_brought = |name: &str| brought.iter().any(|b| named(&b.parameters, name));
         let is_requested = |name: &String| parameter(dae, name).is_some_and(|_| !is_brought(name));
@@ -178,7 +185,7 @@ impl BaseModel {
 
 impl Structure {
     /// The additions of one of its candidates.
-    pub(crate) fn brought_by(&self, candidate: usize) -> Option<&Brought> {
+    pub(crate) fn brought_by(&self, candidate: usize) -> Option<&AddedItems> {
         let place = self.id.effects().position(|effect| effect == candidate)?;
         self.brought.get(place)
     }

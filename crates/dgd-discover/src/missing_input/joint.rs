@@ -668,7 +668,7 @@ mod tests {
     use dgd_compiler::diagnostics::Diagnostics;
     use dgd_compiler::model::{ModelOptions, resolve};
     use dgd_compiler::pipeline::load;
-    use dgd_compiler::source::{Source, Sources};
+    use dgd_compiler::source::{SourceMap, SourceText};
     use dgd_execute::Engine;
 
     use super::*;
@@ -686,8 +686,8 @@ output y noise 0.001
 
     #[test]
     fn what_is_missing_is_found_in_its_equation_and_in_no_other() {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let source = Source { name: "two.dgd".to_owned(), text: MODEL.to_owned() };
+        let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+        let source = SourceText { name: "two.dgd".to_owned(), text: MODEL.to_owned() };
         let mut nothing = |path: &str| Err(format!("{path} is not read here"));
         let asts = load(source, &mut nothing, &mut sources, &mut diagnostics).expect("a model");
         let model = resolve(&asts, &ModelOptions::default(), &mut diagnostics).expect("a model");

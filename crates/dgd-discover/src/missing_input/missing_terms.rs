@@ -17,9 +17,9 @@
 use std::collections::{BTreeSet, HashMap};
 
 use dgd_compiler::dae::assemble;
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
-use dgd_compiler::expr::{ExprId, Graph, Symbol};
-use dgd_compiler::model::{Declared, Input, Interpolation, Model};
+use dgd_compiler::diagnostics::{Diagnostics, ErrorReported};
+use dgd_compiler::expr::{ExprGraph, ExprId, Symbol};
+use dgd_compiler::model::{DeclarationHeader, Input, Interpolation, Model};
 use dgd_compiler::program::lower;
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, describe};
@@ -99,12 +99,12 @@ impl MissingTerms {
     ///
     /// # Errors
     ///
-    /// [`Reported`] if the model itself does not compile.
+    /// [`ErrorReported`] if the model itself does not compile.
     pub fn new(
         model: &Model,
         engine: Engine,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Self, Reported> {
+    ) -> Result<Self, ErrorReported> {
         Self::scaled(model, &Scales::default(), engine, diagnostics)
     }
 
@@ -114,7 +114,7 @@ impl MissingTerms {
         scales: &Scales,
         engine: Engine,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Self, Reported> {
+    ) -> Result<Self, ErrorReported> {
         let model = &scales.declared(model.clone());
         let all_places = places(model);
         let open = |some: &[Place], diagnostics: &mut Diagnostics| {
@@ -206,18 +206,18 @@ fn places(model: &Model) -> Vec<Place> {
     };
     for (i, parameter) in model.parameters.iter().enumerate() {
         if is_read(Symbol::Parameter, i) {
-            let Declared { name, unit, .. } = &parameter.declared;
+            let DeclarationHeader { name, unit, .. } = &parameter.declared;
             places.push(place(PlaceKind::Parameter, name, unit.dimension));
         }
     }
     for (i, input) in model.inputs.iter().enumerate() {
         if is_read(Symbol::Input, i) {
-            let Declared { name, unit, .. } = &input.declared;
+            let DeclarationHeader { name, unit, .. } = &input.declared;
             places.push(place(PlaceKind::Input, name, unit.dimension));
         }
     }
     for output in &model.outputs {
-        let Declared { name, unit, .. } = &output.declared;
+        let DeclarationHeader { name, unit, .. } = &output.declared;
         places.push(place(PlaceKind::Output, name, unit.dimension));
     }
     places
@@ -230,7 +230,7 @@ fn opened(base: &Model, places: &[Place]) -> Model {
     let mut behind: HashMap<Symbol, ExprId> = HashMap::new();
     let mut unknown_inputs: Vec<ExprId> = Vec::new();
     for place in places {
-        let position = |mut names: Box<dyn Iterator<Item = &Declared> + '_>| {
+        let position = |mut names: Box<dyn Iterator<Item = &DeclarationHeader> + '_>| {
             let index = names.position(|declared| declared.name == place.name);
             index.and_then(|i| u32::try_from(i).ok())
         };
@@ -273,7 +273,7 @@ fn opened(base: &Model, places: &[Place]) -> Model {
         places.iter().zip(&unknown_inputs).find(|(place, _)| is_own(place)).map(|(_, d)| *d)
     };
     let graph = &mut model.graph;
-    let shifted = |graph: &mut Graph, root: ExprId| {
+    let shifted = |graph: &mut ExprGraph, root: ExprId| {
         graph.substitute(root, |symbol| behind.get(&symbol).copied())
     };
     let modes = model.automata.iter_mut().flat_map(|automaton| &mut automaton.modes);
@@ -297,7 +297,7 @@ fn opened(base: &Model, places: &[Place]) -> Model {
     }
     for output in &mut model.outputs {
         output.value = shifted(graph, output.value);
-        let Declared { name, unit, .. } = &output.declared;
+        let DeclarationHeader { name, unit, .. } = &output.declared;
         if let Some(d) = added(PlaceKind::Output, name, &base.spelling(unit.dimension)) {
             output.value = graph.add(output.value, d);
         }
@@ -307,14 +307,14 @@ fn opened(base: &Model, places: &[Place]) -> Model {
 
 /// Adds an input, and returns it as an expression. Its name is one that no user can declare.
 fn unknown_input(
-    graph: &mut Graph,
+    graph: &mut ExprGraph,
     inputs: &mut Vec<Input>,
     of: &str,
     dimension: Dimension,
 ) -> ExprId {
     let position = u32::try_from(inputs.len()).unwrap_or(u32::MAX);
     inputs.push(Input {
-        declared: Declared {
+        declared: DeclarationHeader {
             name: format!("missing({of})"),
             span: Span::default(),
             unit: Unit { symbol: describe(dimension), dimension, ..Unit::one() },

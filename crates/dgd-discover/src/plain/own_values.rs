@@ -10,9 +10,9 @@
 
 use dgd_compiler::source::Span;
 use dgd_compiler::syntax::ast::{
-    Attribute, AttributeKind, Expr, ExprKind, Factor, Item, ItemKind, Name, Sign, Unit,
+    Attribute, AttributeKind, Expr, ExprKind, FactorSide, Item, ItemKind, Name, Sign, WrittenUnit,
 };
-use dgd_compiler::syntax::visit::{self, Part, Role};
+use dgd_compiler::syntax::visit::{self, ExprRole, ItemPart};
 
 use super::numbers::{Number, as_parameter};
 use super::{Suspect, Suspicion};
@@ -89,7 +89,7 @@ pub(super) fn with_own(base: &BaseModel, own: &Own, names: &[String]) -> Option<
         Own::Number(number, _) => of_number(items, &number.name, &groups)?,
         Own::Offset(output, unit) => {
             offset(items, output, &groups)?;
-            let unit = Some(Unit::new(Span::default(), unit.of_differences().symbol));
+            let unit = Some(WrittenUnit::new(Span::default(), unit.of_differences().symbol));
             let one = |(_, name): &(String, String)| parameter(name, unit.clone(), 0.0, Vec::new());
             groups.iter().map(one).collect()
         }
@@ -153,13 +153,13 @@ fn of_number(
     let mixture = format!("{number} of the recording");
     for item in items.iter_mut() {
         visit::parts_mut(item, &mut |part| {
-            let Part::Expr(role, expr) = part else { return };
-            let is_its_own = |locals: &[dgd_compiler::syntax::ast::Argument]| {
+            let ItemPart::Expr(role, expr) = part else { return };
+            let is_its_own = |locals: &[dgd_compiler::syntax::ast::FormalArgument]| {
                 locals.iter().any(|local| local.name.text == number)
             };
             match role {
-                Role::Declaration => {}
-                Role::Body(_, locals) if is_its_own(locals) => {}
+                ExprRole::Declaration => {}
+                ExprRole::Body(_, locals) if is_its_own(locals) => {}
                 _ => exchange(expr, &mut |one| {
                     matches!(&one.kind, ExprKind::Name(own) if own == number)
                         .then(|| called(&mixture))
@@ -206,7 +206,7 @@ fn clocked(items: &mut [Item], rate: &Expr) -> Option<()> {
             is_possible &= !matches!(item.kind, ItemKind::Every { .. } | ItemKind::Part { .. });
         });
         visit::parts_mut(item, &mut |part| {
-            let Part::Expr(_, expr) = part else { return };
+            let ItemPart::Expr(_, expr) = part else { return };
             exchange(expr, &mut |one| match &one.kind {
                 ExprKind::Call { function, .. } if function.text == "delay" => {
                     is_possible = false;
@@ -217,8 +217,8 @@ fn clocked(items: &mut [Item], rate: &Expr) -> Option<()> {
                     Some(group(product(vec![one.clone(), group(rate.clone())])))
                 }
                 ExprKind::Name(name) if name == "time" => {
-                    let over = (Factor::Over, group(rate.clone()));
-                    let ratio = ExprKind::Product(vec![(Factor::Times, one.clone()), over]);
+                    let over = (FactorSide::Over, group(rate.clone()));
+                    let ratio = ExprKind::Product(vec![(FactorSide::Times, one.clone()), over]);
                     Some(group(plain(ratio)))
                 }
                 _ => None,
@@ -258,7 +258,12 @@ fn clock(name: &str) -> ItemKind {
     parameter(name, None, 1.0, vec![attribute(bounds)])
 }
 
-fn parameter(name: &str, unit: Option<Unit>, value: f64, attributes: Vec<Attribute>) -> ItemKind {
+fn parameter(
+    name: &str,
+    unit: Option<WrittenUnit>,
+    value: f64,
+    attributes: Vec<Attribute>,
+) -> ItemKind {
     ItemKind::Parameter { name: named(name), unit, value: number(value), attributes }
 }
 
@@ -291,5 +296,5 @@ fn group(inner: Expr) -> Expr {
 }
 
 fn product(factors: Vec<Expr>) -> Expr {
-    plain(ExprKind::Product(factors.into_iter().map(|one| (Factor::Times, one)).collect()))
+    plain(ExprKind::Product(factors.into_iter().map(|one| (FactorSide::Times, one)).collect()))
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::write;
-use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::{ArrayKind, Ast, Attribute, AttributeKind, ItemKind};
-use dgd_compiler::syntax::edit::{Element, NewValue, element_of, list_of, with_values};
+use dgd_compiler::syntax::edit::{ElementText, NewValue, element_of, list_of, with_values};
 use dgd_compiler::syntax::{layout, parse, visit};
 use dgd_runtime::System;
 
@@ -25,7 +25,7 @@ const DIGITS: usize = 9;
 /// [`DiscoverError::Corrected`] if that text cannot be read.
 pub(crate) fn corrected(
     base: &BaseModel,
-    sources: &Sources,
+    sources: &SourceMap,
     fitted: &Fitted,
 ) -> Result<String, DiscoverError> {
     let structure = &fitted.structure;
@@ -40,7 +40,7 @@ pub(crate) fn corrected(
     };
     let mut extended = sources.clone();
     let name = sources.get(base.asts[0].source).name.clone();
-    let id = extended.add(Source { name, text: text.clone() });
+    let id = extended.add(SourceText { name, text: text.clone() });
     let mut diagnostics = Diagnostics::default();
     let ast = parse(id, &extended, &mut diagnostics).map_err(|_| {
         let messages = diagnostics.sorted().into_iter().map(|one| one.message.clone());
@@ -114,7 +114,7 @@ fn with_interpolations(base: &Ast, other: &Ast, text: &str) -> String {
 
 /// All values of the arrays of parameters of which an element was estimated.
 fn arrays(fitted: &Fitted, declared: &[(String, Span)]) -> Vec<NewValue> {
-    let mut arrays: BTreeMap<&str, (bool, Vec<Element>)> = BTreeMap::new();
+    let mut arrays: BTreeMap<&str, (bool, Vec<ElementText>)> = BTreeMap::new();
     for (parameter, value) in fitted.structure.system.signature().parameters.iter().zip(&fitted.p) {
         let Some((array, indices)) = element_of(&parameter.name) else { continue };
         let (estimated, values) = arrays.entry(array).or_default();

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::{ModelOptions, resolve};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_execute::Engine;
 use dgd_identify::Recording;
@@ -36,9 +36,9 @@ pub(super) fn with_effects<T>(
     names: [&str; 3],
     judge: impl FnOnce(&BaseModel, &[Candidate<'_>], Data<'_>) -> T,
 ) -> T {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut parsed = |text: String| {
-        let id = sources.add(Source { name: "test.dgd".to_owned(), text });
+        let id = sources.add(SourceText { name: "test.dgd".to_owned(), text });
         parse(id, &sources, &mut diagnostics).expect("it is sound")
     };
     let asts = vec![parsed(MODEL.to_owned())];

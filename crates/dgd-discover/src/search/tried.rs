@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use dgd_compiler::effects::Brought;
+use dgd_compiler::effects::AddedItems;
 use dgd_runtime::System;
 
 use super::evidence::Weighed;
@@ -203,7 +203,7 @@ impl Search<'_> {
 
     /// Parameters of an effect that stay at their null while another one acts, such as the lower limit of an input that
     /// reaches only the upper one.
-    fn idle<'b>(&self, effect: usize, brought: &'b Brought, fitted: &Fitted) -> Vec<&'b String> {
+    fn idle<'b>(&self, effect: usize, brought: &'b AddedItems, fitted: &Fitted) -> Vec<&'b String> {
         let declared = &fitted.structure.system.signature().parameters;
         let rests = |name: &str| {
             let brought_name = brought.names.iter().find(|(_, known)| known == name);

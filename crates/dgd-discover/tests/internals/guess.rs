@@ -2,8 +2,8 @@
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_discover::{
     BaseModel, Discovery, Guess, Request, Scales, Verdict, discover, templates as known_templates,
 };
@@ -15,16 +15,16 @@ use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
 use crate::support::{Normal, model_text};
 
 /// A compiled model, or its errors.
-fn compiled(text: &str, sources: &mut Sources) -> Result<Compiled, String> {
+fn compiled(text: &str, sources: &mut SourceMap) -> Result<CompiledStages, String> {
     let mut diagnostics = Diagnostics::default();
-    let source = Source { name: "guessed.dgd".to_owned(), text: text.to_owned() };
+    let source = SourceText { name: "guessed.dgd".to_owned(), text: text.to_owned() };
     let mut nothing = |path: &str| Err(format!("{path} is not read here"));
     let asts = load(source, &mut nothing, sources, &mut diagnostics);
     let compiled = asts.and_then(|asts| {
         diagnostics.check()?;
-        compile_asts(asts, &ModelOptions::default(), &Directions::None, &mut diagnostics)
+        compile_asts(asts, &ModelOptions::default(), &SensitivityDirections::None, &mut diagnostics)
     });
-    compiled.map_err(|_| render::render(&diagnostics.sorted(), sources, render::Style::Plain))
+    compiled.map_err(|_| render::render(&diagnostics.sorted(), sources, render::RenderStyle::Plain))
 }
 
 /// Inputs by name in declared units, and readings, at these times.
@@ -51,7 +51,7 @@ fn inputs(system: &Loaded, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
 
 /// The discovery from one recording, with another as validation data.
 fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
-    let mut sources = Sources::default();
+    let mut sources = SourceMap::default();
     let compiled = compiled(text, &mut sources).unwrap_or_else(|error| panic!("{error}"));
     let system = Loaded::new(compiled.program.clone());
     let mut diagnostics = Diagnostics::default();
@@ -169,7 +169,7 @@ fn fits_the_equation(text: &str, equation: &str, formula: &str) {
         assert_ne!(changed, text, "the equation is in the model");
         changed
     };
-    let compiles = |text: &str| compiled(text, &mut Sources::default()).map(|_| ());
+    let compiles = |text: &str| compiled(text, &mut SourceMap::default()).map(|_| ());
     assert_eq!(compiles(&with(formula)), Ok(()), "{formula}");
     let other = formula.replace('[', "[s*");
     assert_ne!(other, formula, "its coefficient has a unit");
@@ -197,7 +197,7 @@ fn circulation(equation: &str, more: &str, seed: u64) -> Samples {
     let base = model_text("mud_circulation");
     let text = base.replace(equation, &format!("{equation} {more}"));
     assert_ne!(text, base, "the equation is in the model");
-    let compiled = compiled(&text, &mut Sources::default());
+    let compiled = compiled(&text, &mut SourceMap::default());
     let system = Loaded::new(compiled.unwrap_or_else(|error| panic!("{error}")).program);
     let signature = system.signature();
     let n = 1200;

@@ -24,7 +24,7 @@ use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Module, default_libcall_names};
-use dgd_compiler::program::{Function, FunctionKind, Program};
+use dgd_compiler::program::{FunctionKind, Program, ProgramFunction};
 
 use code::Code;
 use plan::Plan;
@@ -80,7 +80,7 @@ impl fmt::Debug for Native {
 
 impl Native {
     /// Native code for this machine; a function is compiled after `calls_before` calls.
-    pub(crate) fn for_host(program: &Program, calls_before: fn(&Function) -> u32) -> Self {
+    pub(crate) fn for_host(program: &Program, calls_before: fn(&ProgramFunction) -> u32) -> Self {
         let host =
             || cranelift_native::builder().map_err(|reason| Refused::Machine(reason.to_owned()));
         Self::new(program, host, calls_before)
@@ -89,7 +89,7 @@ impl Native {
     fn new(
         program: &Program,
         machine: fn() -> Result<isa::Builder, Refused>,
-        calls_before: fn(&Function) -> u32,
+        calls_before: fn(&ProgramFunction) -> u32,
     ) -> Self {
         let slot = |function| Slot {
             calls_left: AtomicU32::new(calls_before(function)),
@@ -127,7 +127,7 @@ impl Native {
         self.functions[kind as usize].code.get_or_init(compile).as_ref()
     }
 
-    fn compile(&self, function: &Function) -> Result<Code, Refused> {
+    fn compile(&self, function: &ProgramFunction) -> Result<Code, Refused> {
         let isa =
             self.isa.get_or_init(|| target(&(self.machine)()?)).as_ref().map_err(Clone::clone)?;
         let plan = Plan::new(function)?;

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use dgd_compiler::expr::intrinsics::Definition;
-use dgd_compiler::program::{Argument, Function, Loop, Operation, ValueId};
+use dgd_compiler::expr::intrinsics::IntrinsicDefinition;
+use dgd_compiler::program::{FunctionArgument, Loop, ProgramFunction, ProgramOperation, ValueId};
 
 use super::Refused;
 
@@ -12,8 +12,14 @@ use super::Refused;
 const MOST_OPERATIONS: usize = 1500;
 
 /// Arrays that functions read, in the order of their addresses in a frame.
-pub(super) const ARGUMENTS: [Argument; 6] =
-    [Argument::Y, Argument::U, Argument::P, Argument::Z, Argument::Udot, Argument::S];
+pub(super) const ARGUMENTS: [FunctionArgument; 6] = [
+    FunctionArgument::Y,
+    FunctionArgument::U,
+    FunctionArgument::P,
+    FunctionArgument::Z,
+    FunctionArgument::Udot,
+    FunctionArgument::S,
+];
 
 /// Maximum number of results of a function.
 pub(super) const MOST_RESULTS: usize = 6;
@@ -35,7 +41,7 @@ pub(super) struct Piece {
 /// A function that was checked for everything on which its native code relies.
 #[derive(Debug)]
 pub(super) struct Plan<'a> {
-    pub(super) function: &'a Function,
+    pub(super) function: &'a ProgramFunction,
     /// Kinds of the values of the body.
     pub(super) kinds: Vec<Kind>,
     pub(super) pieces: Vec<Piece>,
@@ -52,7 +58,7 @@ impl<'a> Plan<'a> {
     ///
     /// A valid plan guarantees that all operands are earlier values of the right kind, all places lie within their
     /// results, and all distances can be addressed.
-    pub(super) fn new(function: &'a Function) -> Result<Self, Refused> {
+    pub(super) fn new(function: &'a ProgramFunction) -> Result<Self, Refused> {
         let mut reads = Reads::default();
         let kinds = kinds(&function.body, &[], None, &mut reads)?;
         for part in &function.loops {
@@ -88,8 +94,11 @@ pub(super) fn distance(place: usize) -> Option<i32> {
 }
 
 /// Whether a value is recomputed where it is used, because that is as cheap as storing it.
-pub(super) fn is_immediate(operation: Operation) -> bool {
-    matches!(operation, Operation::Constant(_) | Operation::Time | Operation::Load(..))
+pub(super) fn is_immediate(operation: ProgramOperation) -> bool {
+    matches!(
+        operation,
+        ProgramOperation::Constant(_) | ProgramOperation::Time | ProgramOperation::Load(..)
+    )
 }
 
 /// Number of values read from each argument.
@@ -98,7 +107,7 @@ struct Reads([usize; ARGUMENTS.len()]);
 
 impl Reads {
     /// Records that the first `end` values are read.
-    fn note(&mut self, argument: Argument, end: usize) {
+    fn note(&mut self, argument: FunctionArgument, end: usize) {
         let reads = &mut self.0[position(argument)];
         *reads = (*reads).max(end);
     }
@@ -115,14 +124,14 @@ fn end_of(part: &Loop, first: i128, by_round: i128, count: u32) -> Result<usize,
 }
 
 /// Position in [`ARGUMENTS`].
-pub(super) fn position(argument: Argument) -> usize {
+pub(super) fn position(argument: FunctionArgument) -> usize {
     match argument {
-        Argument::Y => 0,
-        Argument::U => 1,
-        Argument::P => 2,
-        Argument::Z => 3,
-        Argument::Udot => 4,
-        Argument::S => 5,
+        FunctionArgument::Y => 0,
+        FunctionArgument::U => 1,
+        FunctionArgument::P => 2,
+        FunctionArgument::Z => 3,
+        FunctionArgument::Udot => 4,
+        FunctionArgument::S => 5,
     }
 }
 
@@ -134,7 +143,7 @@ fn kinds_of_loop(part: &Loop, before: &[Kind], reads: &mut Reads) -> Result<Vec<
 /// The kinds of the values, including those `before`; checks that operands have the kinds that operations expect. In a
 /// loop, `part` has the loop and the number of passages in each round.
 fn kinds(
-    body: &[Operation],
+    body: &[ProgramOperation],
     before: &[Kind],
     part: Option<(&Loop, u32)>,
     reads: &mut Reads,
@@ -143,71 +152,72 @@ fn kinds(
     kinds.reserve(body.len());
     for operation in body {
         let kind = match *operation {
-            Operation::Constant(_) | Operation::Time => Kind::Number,
-            Operation::Load(argument, index) => {
+            ProgramOperation::Constant(_) | ProgramOperation::Time => Kind::Number,
+            ProgramOperation::Load(argument, index) => {
                 reads.note(argument, index as usize + 1);
                 Kind::Number
             }
-            Operation::LoadSwept(argument, place) | Operation::LoadRound(argument, place) => {
+            ProgramOperation::LoadSwept(argument, place)
+            | ProgramOperation::LoadRound(argument, place) => {
                 let (part, passages) = part.ok_or(Refused::Malformed)?;
-                let moves = matches!(operation, Operation::LoadSwept(..));
+                let moves = matches!(operation, ProgramOperation::LoadSwept(..));
                 let count = if moves { passages } else { 1 };
                 let end = end_of(part, place.first.into(), place.by_round.into(), count)?;
                 reads.note(argument, end);
                 Kind::Number
             }
-            Operation::Counter | Operation::Round => {
+            ProgramOperation::Counter | ProgramOperation::Round => {
                 part.ok_or(Refused::Malformed)?;
                 Kind::Number
             }
-            Operation::Call1(function, a) => {
+            ProgramOperation::Call1(function, a) => {
                 match function.get().definition {
-                    Definition::One { .. } => number(&kinds, a)?,
-                    Definition::Two { .. } | Definition::Expansion(..) => {
+                    IntrinsicDefinition::One { .. } => number(&kinds, a)?,
+                    IntrinsicDefinition::Two { .. } | IntrinsicDefinition::Expansion(..) => {
                         return Err(Refused::Malformed);
                     }
                 }
                 Kind::Number
             }
-            Operation::Call2(function, a, b) => {
+            ProgramOperation::Call2(function, a, b) => {
                 match function.get().definition {
-                    Definition::Two { .. } => {
+                    IntrinsicDefinition::Two { .. } => {
                         number(&kinds, a)?;
                         number(&kinds, b)?;
                     }
-                    Definition::One { .. } | Definition::Expansion(..) => {
+                    IntrinsicDefinition::One { .. } | IntrinsicDefinition::Expansion(..) => {
                         return Err(Refused::Malformed);
                     }
                 }
                 Kind::Number
             }
-            Operation::Negate(a) | Operation::Curve(_, a) => {
+            ProgramOperation::Negate(a) | ProgramOperation::Curve(_, a) => {
                 number(&kinds, a)?;
                 Kind::Number
             }
-            Operation::Add(a, b)
-            | Operation::Subtract(a, b)
-            | Operation::Multiply(a, b)
-            | Operation::Divide(a, b) => {
+            ProgramOperation::Add(a, b)
+            | ProgramOperation::Subtract(a, b)
+            | ProgramOperation::Multiply(a, b)
+            | ProgramOperation::Divide(a, b) => {
                 number(&kinds, a)?;
                 number(&kinds, b)?;
                 Kind::Number
             }
-            Operation::Compare(_, a, b) => {
+            ProgramOperation::Compare(_, a, b) => {
                 number(&kinds, a)?;
                 number(&kinds, b)?;
                 Kind::Condition
             }
-            Operation::And(a, b) | Operation::Or(a, b) => {
+            ProgramOperation::And(a, b) | ProgramOperation::Or(a, b) => {
                 condition(&kinds, a)?;
                 condition(&kinds, b)?;
                 Kind::Condition
             }
-            Operation::Not(a) => {
+            ProgramOperation::Not(a) => {
                 condition(&kinds, a)?;
                 Kind::Condition
             }
-            Operation::Select(c, a, b) => {
+            ProgramOperation::Select(c, a, b) => {
                 condition(&kinds, c)?;
                 match (kinds.get(a.index()), kinds.get(b.index())) {
                     (Some(a), Some(b)) if a == b => *a,
@@ -233,8 +243,8 @@ fn is(kind: Kind, kinds: &[Kind], value: ValueId) -> Result<(), Refused> {
 }
 
 /// For each value of the body, its destinations.
-fn stores(function: &Function, kinds: &[Kind]) -> Result<Vec<Vec<(usize, usize)>>, Refused> {
-    let Function { results, places, lengths, .. } = function;
+fn stores(function: &ProgramFunction, kinds: &[Kind]) -> Result<Vec<Vec<(usize, usize)>>, Refused> {
+    let ProgramFunction { results, places, lengths, .. } = function;
     let same = results.len() == places.len() && results.len() == lengths.len();
     if !same || results.len() > MOST_RESULTS {
         return Err(Refused::Malformed);
@@ -256,7 +266,7 @@ fn stores(function: &Function, kinds: &[Kind]) -> Result<Vec<Vec<(usize, usize)>
     Ok(stores)
 }
 
-fn pieces(function: &Function) -> Vec<Piece> {
+fn pieces(function: &ProgramFunction) -> Vec<Piece> {
     let n = function.body.len();
     let mut pieces: Vec<Piece> = (0..n)
         .step_by(MOST_OPERATIONS)
@@ -282,7 +292,7 @@ fn pieces(function: &Function) -> Vec<Piece> {
 }
 
 /// Which values of the body are used in later pieces.
-fn kept(function: &Function, pieces: &[Piece]) -> Vec<bool> {
+fn kept(function: &ProgramFunction, pieces: &[Piece]) -> Vec<bool> {
     let n = function.body.len();
     let mut kept = vec![false; n];
     for piece in pieces {

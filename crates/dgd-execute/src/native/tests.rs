@@ -8,11 +8,12 @@ use std::fmt::Write as _;
 use cranelift_codegen::isa;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Directions, compile};
+use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::program::{
-    Argument, FUNCTIONS, Function, FunctionKind, Loop, Operation, Place, Program, Store, ValueId,
+    FUNCTIONS, FunctionArgument, FunctionKind, Loop, LoopStore, Program, ProgramFunction,
+    ProgramOperation, StridedPosition, ValueId,
 };
-use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_runtime::Point;
 
 use normal::Noise;
@@ -27,13 +28,14 @@ const SPECIAL: [f64; 8] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, f64::MIN_POSITIVE, 1e-310, -1e300];
 
 fn program(text: &str) -> Program {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "model.dgd".to_owned(), text: text.to_owned() };
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
+    let main = SourceText { name: "model.dgd".to_owned(), text: text.to_owned() };
     let none = &mut |_: &str| Err("no file".to_owned());
     let options = ModelOptions::default();
-    let compiled = compile(main, &options, &Directions::All, none, &mut sources, &mut diagnostics);
+    let compiled =
+        compile(main, &options, &SensitivityDirections::All, none, &mut sources, &mut diagnostics);
     let Ok(compiled) = compiled else {
-        let shown = render::render(&diagnostics.sorted(), &sources, render::Style::Plain);
+        let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
         panic!("{shown}\n{text}")
     };
     compiled.program
@@ -152,7 +154,7 @@ impl At {
     }
 
     /// Bits of all results of a function; all NaNs count as equal.
-    fn bits(&self, performed: &impl Perform, function: &Function) -> Vec<Vec<u64>> {
+    fn bits(&self, performed: &impl Perform, function: &ProgramFunction) -> Vec<Vec<u64>> {
         let mut results: Vec<Vec<f64>> =
             function.lengths.iter().map(|length| vec![0.25; *length]).collect();
         let mut slices: Vec<&mut [f64]> = results.iter_mut().map(Vec::as_mut_slice).collect();
@@ -280,8 +282,8 @@ fn short_slices_are_refused_before_the_code_runs() {
 }
 
 /// A function with one result of one number.
-fn function(body: Vec<Operation>, loops: Vec<Loop>) -> Function {
-    Function {
+fn function(body: Vec<ProgramOperation>, loops: Vec<Loop>) -> ProgramFunction {
+    ProgramFunction {
         kind: FunctionKind::Rhs,
         results: vec![vec![ValueId(body.len() as u32 - 1)]],
         body,
@@ -294,7 +296,9 @@ fn function(body: Vec<Operation>, loops: Vec<Loop>) -> Function {
 
 #[test]
 fn what_is_no_program_is_refused() {
-    use Operation::{Add, Compare, Constant, Counter, Load, LoadRound, LoadSwept, Not, Select};
+    use ProgramOperation::{
+        Add, Compare, Constant, Counter, Load, LoadRound, LoadSwept, Not, Select,
+    };
     use dgd_compiler::expr::graph::Comparison::Less;
     let v = ValueId;
     let one = Constant(1.0);
@@ -308,23 +312,23 @@ fn what_is_no_program_is_refused() {
         vec![one, Compare(Less, v(0), v(0))],
         // Parts of loops outside a loop.
         vec![Counter],
-        vec![LoadSwept(Argument::Y, Place { first: 0, by_round: 0 })],
-        vec![LoadRound(Argument::Y, Place { first: 0, by_round: 0 })],
+        vec![LoadSwept(FunctionArgument::Y, StridedPosition { first: 0, by_round: 0 })],
+        vec![LoadRound(FunctionArgument::Y, StridedPosition { first: 0, by_round: 0 })],
     ];
     for body in bodies {
         let refused = Plan::new(&function(body.clone(), Vec::new())).err();
         assert_eq!(refused, Some(Refused::Malformed), "{body:?}");
     }
-    let far = vec![Load(Argument::Y, u32::MAX)];
+    let far = vec![Load(FunctionArgument::Y, u32::MAX)];
     assert_eq!(Plan::new(&function(far, Vec::new())).err(), Some(Refused::TooLarge));
     // A loop that writes beyond its result.
-    let store = Store { result: 0, first: 0, by_round: 0, value: v(1) };
-    let place_at = |by_round| Place { first: 0, by_round };
+    let store = LoopStore { result: 0, first: 0, by_round: 0, value: v(1) };
+    let place_at = |by_round| StridedPosition { first: 0, by_round };
     let part = |rounds, count, place, store| Loop {
         rounds,
         head: Vec::new(),
         count,
-        body: vec![LoadSwept(Argument::Y, place)],
+        body: vec![LoadSwept(FunctionArgument::Y, place)],
         stores: vec![store],
     };
     let refused = |part| Plan::new(&function(vec![one], vec![part])).err();
@@ -333,7 +337,7 @@ fn what_is_no_program_is_refused() {
     assert_eq!(refused(part(2, 1, place_at(1), store)), None);
     assert_eq!(refused(part(2, 1, place_at(-1), store)), Some(Refused::Malformed));
     for by_round in [-1, 1] {
-        let store = Store { by_round, ..store };
+        let store = LoopStore { by_round, ..store };
         assert_eq!(refused(part(2, 1, place_at(1), store)), Some(Refused::Malformed));
     }
 }

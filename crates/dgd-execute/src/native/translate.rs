@@ -15,8 +15,8 @@ use cranelift_codegen::ir::{
 use cranelift_codegen::isa::TargetIsa;
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use dgd_compiler::expr::graph::Comparison;
-use dgd_compiler::expr::intrinsics::{Definition, Instruction, IntrinsicId};
-use dgd_compiler::program::{Argument, Loop, Operation, Place, ValueId};
+use dgd_compiler::expr::intrinsics::{Instruction, IntrinsicDefinition, IntrinsicId};
+use dgd_compiler::program::{FunctionArgument, Loop, ProgramOperation, StridedPosition, ValueId};
 
 use super::code::{Frame, call_curve, call_one, call_two};
 use super::plan::{Kind, Piece, Plan, distance, is_immediate, position};
@@ -79,7 +79,7 @@ pub(super) fn translate(
 /// An array whose address is in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Array {
-    Argument(Argument),
+    Argument(FunctionArgument),
     Result(usize),
     Scratch,
 }
@@ -149,9 +149,9 @@ impl Translation<'_, '_> {
             }
         }
         for operation in part.operations() {
-            if let Operation::Load(argument, _)
-            | Operation::LoadSwept(argument, _)
-            | Operation::LoadRound(argument, _) = operation
+            if let ProgramOperation::Load(argument, _)
+            | ProgramOperation::LoadSwept(argument, _)
+            | ProgramOperation::LoadRound(argument, _) = operation
             {
                 self.address(Array::Argument(*argument));
             }
@@ -180,7 +180,8 @@ impl Translation<'_, '_> {
     fn begin_round(&mut self, part: &Loop, r: Value) {
         self.round = Some(r);
         let loads = part.operations().filter_map(|operation| match operation {
-            Operation::LoadSwept(argument, place) | Operation::LoadRound(argument, place) => {
+            ProgramOperation::LoadSwept(argument, place)
+            | ProgramOperation::LoadRound(argument, place) => {
                 Some((Array::Argument(*argument), i64::from(place.by_round)))
             }
             _ => None,
@@ -245,22 +246,22 @@ impl Translation<'_, '_> {
     }
 
     /// Emits an operation whose operands are available, and returns its value.
-    fn perform(&mut self, operation: Operation, passage: Option<Passage>) -> Value {
+    fn perform(&mut self, operation: ProgramOperation, passage: Option<Passage>) -> Value {
         match operation {
-            Operation::Constant(number) => self.builder.ins().f64const(number),
-            Operation::Time => self.t,
-            Operation::Load(argument, index) => {
+            ProgramOperation::Constant(number) => self.builder.ins().f64const(number),
+            ProgramOperation::Time => self.t,
+            ProgramOperation::Load(argument, index) => {
                 self.load(types::F64, Array::Argument(argument), index as usize, At::default())
             }
-            Operation::LoadSwept(argument, Place { first, by_round }) => {
+            ProgramOperation::LoadSwept(argument, StridedPosition { first, by_round }) => {
                 let movement = At { by_round: by_round.into(), passage };
                 self.load(types::F64, Array::Argument(argument), first as usize, movement)
             }
-            Operation::LoadRound(argument, Place { first, by_round }) => {
+            ProgramOperation::LoadRound(argument, StridedPosition { first, by_round }) => {
                 let movement = At { by_round: by_round.into(), passage: None };
                 self.load(types::F64, Array::Argument(argument), first as usize, movement)
             }
-            Operation::Counter => match passage {
+            ProgramOperation::Counter => match passage {
                 None => self.builder.ins().f64const(0.0),
                 Some(Passage { offset }) => {
                     let shift = i64::from(STRIDE.trailing_zeros());
@@ -268,45 +269,45 @@ impl Translation<'_, '_> {
                     self.builder.ins().fcvt_from_sint(types::F64, k)
                 }
             },
-            Operation::Round => match self.round {
+            ProgramOperation::Round => match self.round {
                 None => self.builder.ins().f64const(0.0),
                 Some(r) => self.builder.ins().fcvt_from_sint(types::F64, r),
             },
-            Operation::Negate(a) => {
+            ProgramOperation::Negate(a) => {
                 let a = self.operand(a);
                 self.builder.ins().fneg(a)
             }
-            Operation::Add(a, b) => {
+            ProgramOperation::Add(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().fadd(a, b)
             }
-            Operation::Subtract(a, b) => {
+            ProgramOperation::Subtract(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().fsub(a, b)
             }
-            Operation::Multiply(a, b) => {
+            ProgramOperation::Multiply(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().fmul(a, b)
             }
-            Operation::Divide(a, b) => {
+            ProgramOperation::Divide(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().fdiv(a, b)
             }
-            Operation::Call1(function, a) => {
+            ProgramOperation::Call1(function, a) => {
                 let a = self.operand(a);
                 self.call_one(function, a)
             }
-            Operation::Call2(function, a, b) => {
+            ProgramOperation::Call2(function, a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.call_two(function, a, b)
             }
-            Operation::Curve(curve, a) => {
+            ProgramOperation::Curve(curve, a) => {
                 let a = self.operand(a);
                 // Curves live as long as the process.
                 let curve = (&raw const curve.get().curve).cast();
                 self.call(0, call_curve as *const (), curve, &[a])
             }
-            Operation::Compare(comparison, a, b) => {
+            ProgramOperation::Compare(comparison, a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 // False if either is NaN.
                 let holds = match comparison {
@@ -317,19 +318,19 @@ impl Translation<'_, '_> {
                 };
                 self.builder.ins().fcmp(holds, a, b)
             }
-            Operation::And(a, b) => {
+            ProgramOperation::And(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().band(a, b)
             }
-            Operation::Or(a, b) => {
+            ProgramOperation::Or(a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.builder.ins().bor(a, b)
             }
-            Operation::Not(a) => {
+            ProgramOperation::Not(a) => {
                 let a = self.operand(a);
                 self.builder.ins().bxor_imm_u(a, 1)
             }
-            Operation::Select(c, a, b) => {
+            ProgramOperation::Select(c, a, b) => {
                 let (c, a, b) = (self.operand(c), self.operand(a), self.operand(b));
                 self.builder.ins().select(c, a, b)
             }
@@ -345,7 +346,7 @@ impl Translation<'_, '_> {
         let operation = plan.function.body[id.index()];
         let value = match operation {
             // Processors load it from memory as an operand.
-            Operation::Constant(number) => return self.builder.ins().f64const(number),
+            ProgramOperation::Constant(number) => return self.builder.ins().f64const(number),
             _ if is_immediate(operation) => self.perform(operation, None),
             _ => {
                 let kind = match plan.kinds[id.index()] {
@@ -360,7 +361,7 @@ impl Translation<'_, '_> {
     }
 
     fn call_one(&mut self, function: IntrinsicId, a: Value) -> Value {
-        let Definition::One { value, instruction, .. } = function.get().definition else {
+        let IntrinsicDefinition::One { value, instruction, .. } = function.get().definition else {
             unreachable!("a function of one argument, as the plan has checked")
         };
         let builder = &mut self.builder;
@@ -380,7 +381,7 @@ impl Translation<'_, '_> {
     }
 
     fn call_two(&mut self, function: IntrinsicId, a: Value, b: Value) -> Value {
-        let Definition::Two { value, .. } = function.get().definition else {
+        let IntrinsicDefinition::Two { value, .. } = function.get().definition else {
             unreachable!("a function of two arguments, as the plan has checked")
         };
         self.call(1, call_two as *const (), value as *const (), &[a, b])

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use dgd_compiler::expr::display::number;
 use dgd_compiler::expr::intrinsics::INTRINSICS;
-use dgd_compiler::names::{Symbol, SymbolKind};
-use dgd_compiler::source::{SourceId, Sources};
-use dgd_compiler::syntax::ast::{EffectKind, Reducing, SlotKind};
+use dgd_compiler::names::{NamedItem, SymbolKind};
+use dgd_compiler::source::{SourceId, SourceMap};
+use dgd_compiler::syntax::ast::{EffectKind, ReductionOperation, SlotKind};
 use dgd_compiler::syntax::own_units;
 use dgd_compiler::units::catalogue::CATALOGUE;
 use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
@@ -173,7 +173,7 @@ fn functions() -> impl Iterator<Item = CompletionItem> {
     let functions = functions.map(|f| item(f.name, CompletionItemKind::FUNCTION, Some(f.doc)));
     // `min` and `max` are functions of two, too.
     let is_other = |word: &str| !INTRINSICS.iter().any(|function| function.name == word);
-    let over = Reducing::ALL.iter().filter(move |(word, _)| is_other(word));
+    let over = ReductionOperation::ALL.iter().filter(move |(word, _)| is_other(word));
     let over = over.map(|(word, kind)| {
         item(word, CompletionItemKind::FUNCTION, Some(&format!("{} over indices", kind.noun())))
     });
@@ -185,7 +185,7 @@ fn attributes() -> impl Iterator<Item = CompletionItem> {
 }
 
 /// The other files below the folder of a document, with their paths for `import`.
-fn files(sources: &Sources, path: &str) -> Vec<CompletionItem> {
+fn files(sources: &SourceMap, path: &str) -> Vec<CompletionItem> {
     let Some(folder) = Path::new(path).parent() else { return Vec::new() };
     let others = sources.iter().map(|source| Path::new(&source.name));
     let below = others.filter(|other| *other != Path::new(path));
@@ -215,7 +215,7 @@ fn item(label: &str, kind: CompletionItemKind, detail: Option<&str>) -> Completi
     }
 }
 
-fn of_symbol(symbol: &Symbol) -> CompletionItem {
+fn of_symbol(symbol: &NamedItem) -> CompletionItem {
     let kind = match symbol.kind {
         SymbolKind::Model | SymbolKind::Effect | SymbolKind::Part => CompletionItemKind::MODULE,
         SymbolKind::Constant | SymbolKind::Size => CompletionItemKind::CONSTANT,

@@ -1,9 +1,9 @@
 //! Fixes for unit errors: a number gets the unit of its neighbour, and an expression of another dimension is multiplied
 //! or divided by a declared quantity, such as a volume flow by a density.
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Edit};
+use dgd_compiler::diagnostics::{Code, Diagnostic, FixEdit};
 use dgd_compiler::source::{SourceId, Span};
-use dgd_compiler::syntax::ast::{ItemKind, Unit as WrittenUnit};
+use dgd_compiler::syntax::ast::{ItemKind, WrittenUnit};
 use dgd_compiler::syntax::{own_units, visit};
 use dgd_compiler::units::{Dimension, describe, parse_unit_with};
 
@@ -16,7 +16,7 @@ const MOST: usize = 3;
 const LONGEST: usize = 30;
 
 /// A proposal: its title and its edits.
-pub(super) type Proposal = (String, Vec<Edit>);
+pub(super) type Proposal = (String, Vec<FixEdit>);
 
 /// Proposals for a unit error.
 pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<Proposal> {
@@ -60,7 +60,7 @@ fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<Propo
     let text = analysis.sources.text(span);
     text.parse::<f64>().ok()?;
     let unit = spelt(wanted, analysis);
-    Some((format!("Write `{text} [{unit}]`"), vec![Edit::behind(span, format!(" [{unit}]"))]))
+    Some((format!("Write `{text} [{unit}]`"), vec![FixEdit::behind(span, format!(" [{unit}]"))]))
 }
 
 /// A dimension in the file's first spelling, else in base units.
@@ -85,11 +85,13 @@ fn scaled(span: Span, found: Dimension, wanted: Dimension, analysis: &Analysis) 
             dimension if dimension == divisor => ("Divide", '/'),
             _ => continue,
         };
-        let mut edits = vec![Edit::behind(span, format!("{sign}{}", one.name))];
+        let mut edits = vec![FixEdit::behind(span, format!("{sign}{}", one.name))];
         let text = analysis.sources.text(span);
         if !is_factor(text) {
-            edits =
-                vec![Edit::before(span, "("), Edit::behind(span, format!("){sign}{}", one.name))];
+            edits = vec![
+                FixEdit::before(span, "("),
+                FixEdit::behind(span, format!("){sign}{}", one.name)),
+            ];
         }
         proposals.push((format!("{doing} {} by `{}`", quoted(text), one.name), edits));
     }

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Edit, Fix, Label};
-use dgd_compiler::source::{Columns, SourceId, Sources, Span};
+use dgd_compiler::diagnostics::{Code, Diagnostic, DiagnosticLabel, Fix, FixEdit};
+use dgd_compiler::source::{ColumnUnit, SourceId, SourceMap, Span};
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionParams, CodeActionResponse, DiagnosticRelatedInformation,
     DiagnosticSeverity, Location, NumberOrString, Position, Range, TextEdit, Uri, WorkspaceEdit,
@@ -16,13 +16,17 @@ use crate::places;
 
 /// The diagnostics of a document, for the first choice of each variant and for others. Those in an imported file are
 /// shown at the top of the document, with their location.
-pub(crate) fn diagnostics(analysis: &Analysis, columns: Columns) -> Vec<lsp_types::Diagnostic> {
+pub(crate) fn diagnostics(analysis: &Analysis, columns: ColumnUnit) -> Vec<lsp_types::Diagnostic> {
     let first = &analysis.diagnostics;
     let more = analysis.others.iter().filter(|other| !first.contains(other));
     first.iter().chain(more).map(|one| shown(one, &analysis.sources, columns)).collect()
 }
 
-fn shown(diagnostic: &Diagnostic, sources: &Sources, columns: Columns) -> lsp_types::Diagnostic {
+fn shown(
+    diagnostic: &Diagnostic,
+    sources: &SourceMap,
+    columns: ColumnUnit,
+) -> lsp_types::Diagnostic {
     let [first, others @ ..] = diagnostic.labels.as_slice() else {
         unreachable!("a diagnostic has a place")
     };
@@ -34,7 +38,7 @@ fn shown(diagnostic: &Diagnostic, sources: &Sources, columns: Columns) -> lsp_ty
     if let Some(help) = &diagnostic.help {
         message = format!("{message}\nhelp: {help}");
     }
-    let related = |label: &Label| {
+    let related = |label: &DiagnosticLabel| {
         let location = places::location(label.span, sources, columns)?;
         let message = if label.text.is_empty() { "here".to_owned() } else { label.text.clone() };
         Some(DiagnosticRelatedInformation { location, message })
@@ -130,7 +134,7 @@ fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
         Some((part, _)) if !word.contains('.') => format!("{part}.{word}"),
         _ => word.to_owned(),
     };
-    Some((format!("Write `{new}`"), vec![Edit::replace(span, new)]))
+    Some((format!("Write `{new}`"), vec![FixEdit::replace(span, new)]))
 }
 
 /// Adds a label to an equation without one.
@@ -154,7 +158,7 @@ fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     let label = std::iter::once(first.clone()).chain(further).find(|label| !is_taken(label))?;
     let behind = u32::try_from(start + indent + "equation ".len()).ok()?;
     let span = Span { start: behind, end: behind, ..place };
-    Some((format!("Label it `{label}`"), vec![Edit::replace(span, format!("{label}: "))]))
+    Some((format!("Label it `{label}`"), vec![FixEdit::replace(span, format!("{label}: "))]))
 }
 
 /// All unambiguous corrections of the document.
@@ -167,16 +171,16 @@ fn all_safe(analysis: &Analysis, context: &Context<'_>) -> Option<CodeAction> {
     (n > 0).then(|| CodeAction {
         title: "Write all safe corrections".to_owned(),
         kind: Some(CodeActionKind::SOURCE_FIX_ALL),
-        edit: Some(written(&[Edit::replace(whole, new)], analysis, context.columns)),
+        edit: Some(written(&[FixEdit::replace(whole, new)], analysis, context.columns)),
         ..Default::default()
     })
 }
 
 /// Converts edits to the protocol's form.
 #[allow(clippy::mutable_key_type)] // The protocol's own type.
-fn written(edits: &[Edit], analysis: &Analysis, columns: Columns) -> WorkspaceEdit {
+fn written(edits: &[FixEdit], analysis: &Analysis, columns: ColumnUnit) -> WorkspaceEdit {
     let mut changes: HashMap<Uri, Vec<TextEdit>> = HashMap::new();
-    for Edit { span, text } in edits {
+    for FixEdit { span, text } in edits {
         if let Some(Location { uri, range }) = places::location(*span, &analysis.sources, columns) {
             changes.entry(uri).or_default().push(TextEdit::new(range, text.clone()));
         }

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use dgd_compiler::expr::display::number;
 use dgd_compiler::expr::intrinsics::INTRINSICS;
 use dgd_compiler::model::typeset::latex;
-use dgd_compiler::names::{Names, Symbol, SymbolId, SymbolKind};
-use dgd_compiler::source::{SourceId, Sources, Span};
+use dgd_compiler::names::{NameTable, NamedItem, SymbolId, SymbolKind};
+use dgd_compiler::source::{SourceId, SourceMap, Span};
 use dgd_compiler::syntax::ast::{Ast, Item, ItemKind};
 use dgd_compiler::syntax::{own_units, parse_what_is_sound, visit};
 use dgd_compiler::units::describe;
@@ -71,7 +71,12 @@ fn word_at(text: &str, byte: u32) -> Option<(&str, Span)> {
 }
 
 /// The declaration of a symbol, its doc comment, value and uses.
-fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'_>) -> String {
+fn of_symbol(
+    id: SymbolId,
+    names: &NameTable,
+    sources: &SourceMap,
+    context: &Context<'_>,
+) -> String {
     let symbol = names.symbol(id);
     let ast = parse_what_is_sound(symbol.declared.source, sources);
     let mut text = String::new();
@@ -123,8 +128,8 @@ fn item_around(ast: &Ast, place: Span) -> Option<&Item> {
 }
 
 /// The value of a constant or parameter of the document, in its unit; the typeset equation of a label.
-fn value_of(symbol: &Symbol, sources: &Sources, context: &Context<'_>) -> Option<String> {
-    let Symbol { name, kind, declared } = symbol;
+fn value_of(symbol: &NamedItem, sources: &SourceMap, context: &Context<'_>) -> Option<String> {
+    let NamedItem { name, kind, declared } = symbol;
     if sources.get(declared.source).name != context.path {
         return None;
     }

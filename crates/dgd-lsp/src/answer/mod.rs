@@ -8,7 +8,7 @@ mod names;
 mod signature;
 mod text;
 
-use dgd_compiler::source::{Columns, SourceId};
+use dgd_compiler::source::{ColumnUnit, SourceId};
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest,
     Formatting, GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References,
@@ -35,7 +35,7 @@ pub(crate) struct Context<'a> {
     /// The document of the request.
     pub(crate) path: String,
     pub(crate) files: &'a Files,
-    pub(crate) columns: Columns,
+    pub(crate) columns: ColumnUnit,
     pub(crate) analysis: Option<&'a Analysis>,
 }
 

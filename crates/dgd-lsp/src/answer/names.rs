@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::expr::intrinsics::IntrinsicId;
-use dgd_compiler::names::{Names, Use};
-use dgd_compiler::source::{Source, SourceId, Sources};
+use dgd_compiler::names::{NameTable, NameUse};
+use dgd_compiler::source::{SourceId, SourceMap, SourceText};
 use dgd_compiler::syntax::ast::ItemKind;
 use dgd_compiler::syntax::parse;
 use lsp_types::{
@@ -17,7 +17,10 @@ use super::Context;
 use crate::places;
 
 /// The names of the project, and the use at a position.
-fn found(at: &TextDocumentPositionParams, context: &Context<'_>) -> Option<(Names, Sources, Use)> {
+fn found(
+    at: &TextDocumentPositionParams,
+    context: &Context<'_>,
+) -> Option<(NameTable, SourceMap, NameUse)> {
     let byte = context.byte(at.position) as u32;
     let (names, sources) = context.files.names(&context.path);
     let one = *names.at(SourceId(0), byte)?;
@@ -70,7 +73,7 @@ pub(super) fn rename(
 }
 
 /// Checks that a symbol can have this name: it is valid, and free wherever the symbol is named.
-fn verify(new: &str, one: &Use, names: &Names, sources: &Sources) -> Result<(), String> {
+fn verify(new: &str, one: &NameUse, names: &NameTable, sources: &SourceMap) -> Result<(), String> {
     let is_taken =
         matches!(new, "time" | "pi" | "der" | "delay") || IntrinsicId::find(new).is_some();
     if !is_name(new) || is_taken {
@@ -91,9 +94,9 @@ fn verify(new: &str, one: &Use, names: &Names, sources: &Sources) -> Result<(), 
 
 /// Whether a text is a valid name, without dots.
 fn is_name(text: &str) -> bool {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let line = format!("let {text} = 1");
-    let id = sources.add(Source { name: String::new(), text: line });
+    let id = sources.add(SourceText { name: String::new(), text: line });
     let parsed = parse(id, &sources, &mut diagnostics);
     parsed.is_ok_and(|ast| match ast.items.as_slice() {
         [only] => matches!(&only.kind, ItemKind::Let { name, unit: None, .. } if name.text == text),

@@ -2,7 +2,7 @@
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::names::SymbolKind;
-use dgd_compiler::source::{SourceId, Sources};
+use dgd_compiler::source::{SourceId, SourceMap};
 use dgd_compiler::syntax::ast::{Item, ItemKind, Name};
 use dgd_compiler::syntax::{Token, TokenKind, layout, parse, tokens};
 use lsp_types::{
@@ -33,7 +33,7 @@ pub(super) fn symbols(context: &Context<'_>) -> Vec<DocumentSymbol> {
     outline(&analysis.asts[0].items, &analysis.sources, context)
 }
 
-fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<DocumentSymbol> {
+fn outline(items: &[Item], sources: &SourceMap, context: &Context<'_>) -> Vec<DocumentSymbol> {
     let mut entries = Vec::new();
     for item in items {
         let mut children = Vec::new();

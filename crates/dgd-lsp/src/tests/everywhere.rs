@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::source::{Columns, Lines, SourceId, Span};
-use dgd_compiler::syntax::ast::{Expr, ExprKind, Target};
+use dgd_compiler::source::{ColumnUnit, LineStarts, SourceId, Span};
+use dgd_compiler::syntax::ast::{EffectTarget, Expr, ExprKind};
 use dgd_compiler::syntax::visit::operands;
 use serde_json::{Value, json};
 
@@ -58,7 +58,7 @@ fn the_dimension_of_every_expression_is_told() {
         let analysis = looked_at(&path, &project);
         // The arguments of a template are known only where it is applied.
         let effect = analysis.asts[0].effect.as_ref();
-        if effect.is_some_and(|effect| matches!(effect.target, Target::Template(_))) {
+        if effect.is_some_and(|effect| matches!(effect.target, EffectTarget::Template(_))) {
             continue;
         }
         let dimensions = dimensions::all(&analysis);
@@ -93,8 +93,11 @@ fn renamed(nth: usize) -> (Vec<Edits>, usize) {
             if n_seen % nth != 0 {
                 continue;
             }
-            let (line, character) =
-                Lines::of(text).position(text, symbol.declared.start as usize, Columns::Utf16);
+            let (line, character) = LineStarts::of(text).position(
+                text,
+                symbol.declared.start as usize,
+                ColumnUnit::Utf16,
+            );
             let params = json!({
                 "textDocument": { "uri": address(&path) },
                 "position": { "line": line, "character": character },
@@ -136,7 +139,7 @@ fn changed(edits: &Edits) -> Files {
     for (uri, of_file) in edits {
         let path = path_of(&uri.parse().expect("an address"));
         let text = fs::read_to_string(&path).expect("a file");
-        changed.open.insert(path, edited(&text, &json!(of_file), Columns::Utf16));
+        changed.open.insert(path, edited(&text, &json!(of_file), ColumnUnit::Utf16));
     }
     changed
 }

@@ -2,7 +2,7 @@
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::Model;
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::source::Span;
 use dgd_execute::{Engine, Loaded};
 use dgd_runtime::signature::number::short;
@@ -12,7 +12,7 @@ use dgd_runtime::{Dependent, Signature, System, dependent_equations};
 const MOST_NAMED: usize = 6;
 
 /// A note for each dependent set of equations, for the choices with which the model is compiled.
-pub(super) fn notes(compiled: &Compiled) -> Vec<Diagnostic> {
+pub(super) fn notes(compiled: &CompiledStages) -> Vec<Diagnostic> {
     let system = Loaded::with_engine(compiled.program.clone(), Engine::Interpreter);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions};
-use dgd_compiler::source::Source;
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
+use dgd_compiler::source::SourceText;
 use dgd_compiler::syntax::{layout, table_files};
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
@@ -184,7 +184,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         ));
     }
     let is_model =
-        |source: &&Source| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");
+        |source: &&SourceText| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");
     let of_tables = table_files::files(&compiled.asts);
     let of_tables = of_tables.into_iter().map(|id| compilation.sources.get(id));
     let texts = compilation.sources.iter().filter(is_model).chain(of_tables);
@@ -352,7 +352,7 @@ impl HeldOut {
 /// Reasons to doubt that the training recordings can answer.
 fn reserved(
     request: &DiscoverRequest,
-    compiled: &Compiled,
+    compiled: &CompiledStages,
     train: &[Recording],
     threads: usize,
 ) -> Result<Vec<String>, WorkError> {
@@ -371,7 +371,7 @@ fn base_model(
     request: &DiscoverRequest,
     options: &ModelOptions,
     compilation: &mut Compilation<'_>,
-) -> Result<Compiled, WorkError> {
+) -> Result<CompiledStages, WorkError> {
     let directions = directions(request, compilation);
     let (path, apply) = (&request.model, &request.choices.apply);
     let compiled = compilation.compile_text(path, apply, options, &directions)?;
@@ -379,9 +379,12 @@ fn base_model(
         .map_err(|_| WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))
 }
 
-fn directions(request: &DiscoverRequest, compilation: &mut Compilation<'_>) -> Directions {
+fn directions(
+    request: &DiscoverRequest,
+    compilation: &mut Compilation<'_>,
+) -> SensitivityDirections {
     let (free, fixed) = compilation.sought(&request.sought);
-    Directions::Estimated { free, fixed }
+    SensitivityDirections::Estimated { free, fixed }
 }
 
 /// The folders of effects: beside the model, and those of `--effects`.
@@ -430,7 +433,7 @@ fn library(
 fn recordings(
     request: &DiscoverRequest,
     paths: &[PathBuf],
-    compiled: &Compiled,
+    compiled: &CompiledStages,
     compilation: &mut Compilation<'_>,
     session: Session<'_>,
 ) -> Result<(Vec<Recording>, Vec<DataFile>), WorkError> {

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::syntax::ast::{Ast, ItemKind};
 use dgd_compiler::syntax::{layout, visit};
 use dgd_data::{Column, FileSystem, Reading, Table};
@@ -125,12 +125,12 @@ impl Declaration {
 
 /// A model with further inputs in its text.
 pub(super) fn with_inputs(
-    compiled: Compiled,
+    compiled: CompiledStages,
     inputs: &[Declaration],
     request: &DiscoverRequest,
     options: &ModelOptions,
     compilation: &mut Compilation<'_>,
-) -> Result<Compiled, WorkError> {
+) -> Result<CompiledStages, WorkError> {
     if inputs.is_empty() {
         return Ok(compiled);
     }

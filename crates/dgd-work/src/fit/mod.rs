@@ -21,8 +21,8 @@ mod task;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::model::Setting;
-use dgd_compiler::pipeline::Compiled;
-use dgd_compiler::source::Sources;
+use dgd_compiler::pipeline::CompiledStages;
+use dgd_compiler::source::SourceMap;
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
 use dgd_identify::Estimate;
@@ -65,8 +65,8 @@ pub struct Fitted {
     command: String,
     end: LeftOut,
     model: PathBuf,
-    compiled: Compiled,
-    sources: Sources,
+    compiled: CompiledStages,
+    sources: SourceMap,
     settings: Vec<Setting>,
     journal: Option<RunJournal>,
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use dgd_compiler::model::ProcessNoise;
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_identify::filter::{
     FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
     prediction_error, prediction_error_profiles, predictions,
@@ -168,7 +168,11 @@ fn rates(task: &Task<'_>) -> Vec<Level> {
 }
 
 /// Whether a direction is estimated. All states have one; some initial values are given.
-pub(super) fn is_free(compiled: &Compiled, request: &FitRequest, direction: &Direction) -> bool {
+pub(super) fn is_free(
+    compiled: &CompiledStages,
+    request: &FitRequest,
+    direction: &Direction,
+) -> bool {
     let dae = &compiled.dae;
     match direction {
         Direction::Parameter(_) => true,

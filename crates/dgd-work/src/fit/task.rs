@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::pipeline::{Compiled, Directions};
-use dgd_compiler::source::Sources;
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
+use dgd_compiler::source::SourceMap;
 use dgd_data::files::journal::RunJournal;
 use dgd_execute::Loaded;
 use dgd_identify::filter::FilterProblem;
@@ -42,8 +42,8 @@ const MOST_EVALUATIONS_OF_ROWS: usize = 5000;
 
 /// The set-up of a fit.
 pub(super) struct Task<'s> {
-    pub(super) compiled: Compiled,
-    pub(super) sources: Sources,
+    pub(super) compiled: CompiledStages,
+    pub(super) sources: SourceMap,
     pub(super) options_of_model: ModelOptions,
     pub(super) system: Loaded,
     /// Parameters from the model file and `--set`, SI.
@@ -74,9 +74,9 @@ impl<'s> Task<'s> {
         let options_of_model = compilation.options(&request.choices)?;
         let (free, fixed) = compilation.sought(&request.sought);
         let directions = if request.regression.estimator == Estimator::PredictionError {
-            Directions::Tracked { free, fixed }
+            SensitivityDirections::Tracked { free, fixed }
         } else {
-            Directions::Estimated { free, fixed }
+            SensitivityDirections::Estimated { free, fixed }
         };
         let apply = &request.choices.apply;
         let compiled =
@@ -480,7 +480,7 @@ fn named(failed: &TrialFailed, paths: &[PathBuf]) -> String {
 /// The outputs named by `--outputs`; all if it names none.
 fn used_outputs(
     compilation: &mut Compilation<'_>,
-    compiled: &Compiled,
+    compiled: &CompiledStages,
     names: &[String],
 ) -> Vec<bool> {
     let outputs = &compiled.program.signature.outputs;

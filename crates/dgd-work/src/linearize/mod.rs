@@ -4,7 +4,7 @@ mod figure;
 mod page;
 mod report;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_runtime::linearize::{OperatingPoint, Rest, SteadyStateError, rest};
 use dgd_runtime::{Inputs, Problem};
 
@@ -38,7 +38,7 @@ pub fn linearize(
         let message = format!("`--at {t}`: the run begins at {from} s, so it never gets there");
         return Err(WorkError::Usage(message));
     }
-    let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
+    let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
     let run = Run::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
     session.listener.begins(false);

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use dgd_compiler::dae::Dae;
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use dgd_compiler::source::Sources;
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
+use dgd_compiler::source::SourceMap;
 use dgd_data::{FileSystem, Reading, Sha256Digest, Table, select};
 
 /// One set, SI.
@@ -29,9 +29,9 @@ pub(crate) fn read(
     files: &dyn FileSystem,
     path: &Path,
     dae: &Dae,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
-) -> Result<Sets, Reported> {
+) -> Result<Sets, ErrorReported> {
     let table = Reading::default().read(files, path, sources, diagnostics)?;
     let parameters = dae.parameters.iter().map(|parameter| select::Declared {
         name: &parameter.declared.name,
@@ -68,7 +68,7 @@ fn verify_names(
     table: &Table,
     known: &[select::Declared<'_>],
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     let mut verified = Ok(());
     if table.time.is_some() {
         let message = "a set of parameters has no time";

@@ -1,6 +1,6 @@
 //! A model's equations at single points, in declared units, for external solvers.
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::Loaded;
 use dgd_runtime::{
     Inputs, Pattern, Point, Side, Signature, System, Unit, consistent_start, discrete_numbers,
@@ -66,7 +66,7 @@ pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations
         // One row is enough.
         request.solve.until = request.solve.until.or(request.solve.from).or(Some(0.0));
     }
-    let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
+    let loaded = load(&request.model, &request.choices, &SensitivityDirections::None, session)?;
     let run = Run::prepare(&request, loaded, session)?;
     let signature = run.signature();
     let is_late = !(signature.delayed_inputs.is_empty() && signature.delayed_unknowns.is_empty());

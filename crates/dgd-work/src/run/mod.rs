@@ -12,9 +12,9 @@ pub(crate) mod under_way;
 use std::collections::BTreeSet;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::model::{Automaton, Model, Origin, Transition};
+use dgd_compiler::model::{Automaton, AutomatonOrigin, Model, Transition};
 use dgd_compiler::program::Program;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::Epoch;
 use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
@@ -302,11 +302,11 @@ fn outputs_are_late(signature: &Signature) -> bool {
 }
 
 /// The conditions of a model's transitions as written, in order.
-fn conditions(model: &Model, sources: &Sources) -> Vec<String> {
+fn conditions(model: &Model, sources: &SourceMap) -> Vec<String> {
     let text = |automaton: &Automaton, transition: &Transition| match automaton.origin {
-        Origin::When => format!("when {}", automaton.name),
-        Origin::Every => format!("every {}", automaton.name),
-        Origin::Modes => {
+        AutomatonOrigin::When => format!("when {}", automaton.name),
+        AutomatonOrigin::Every => format!("every {}", automaton.name),
+        AutomatonOrigin::Modes => {
             let span = transition.span;
             let text = &sources.get(span.source).text[span.start as usize..span.end as usize];
             let head = text.split('{').next().unwrap_or(text);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::Unit;
 use dgd_data::select::{self, Gaps};
 use dgd_data::{Epoch, Reading, Rename, Sha256Digest, Table};
@@ -64,7 +64,7 @@ impl Recording {
         renames: &[Rename],
         dae: &Dae,
         clock: Clock,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
         session: Session<'_>,
     ) -> Option<Recording> {
@@ -118,7 +118,7 @@ impl Recording {
         known: &Known<'_>,
         clock: Clock,
         gaps: Gaps,
-        sources: &Sources,
+        sources: &SourceMap,
         diagnostics: &mut Diagnostics,
         session: Session<'_>,
     ) -> Option<Recording> {
@@ -217,7 +217,7 @@ pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
 pub(crate) struct Known<'a> {
     dae: &'a Dae,
     /// Names of outputs that are elements of arrays.
-    elements: Vec<(String, &'a dgd_compiler::model::Declared)>,
+    elements: Vec<(String, &'a dgd_compiler::model::DeclarationHeader)>,
     /// Names of columns with standard deviations of readings.
     deviations: Vec<String>,
 }
@@ -225,7 +225,7 @@ pub(crate) struct Known<'a> {
 impl<'a> Known<'a> {
     pub(crate) fn of(dae: &'a Dae) -> Self {
         let arrays = dae.output_arrays.iter();
-        let elements: Vec<(String, &dgd_compiler::model::Declared)> =
+        let elements: Vec<(String, &dgd_compiler::model::DeclarationHeader)> =
             arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();
         let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
         let names = outputs.chain(elements.iter().map(|(name, _)| name.as_str()));
@@ -261,7 +261,7 @@ impl<'a> Known<'a> {
     }
 }
 
-fn declared(declared: &dgd_compiler::model::Declared) -> select::Declared<'_> {
+fn declared(declared: &dgd_compiler::model::DeclarationHeader) -> select::Declared<'_> {
     let unit: &Unit = &declared.unit;
     select::Declared { name: &declared.name, unit, place: Some(declared.span) }
 }

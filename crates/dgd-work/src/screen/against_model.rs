@@ -95,7 +95,8 @@ impl Model<'_> {
                 }
             }
         };
-        let declared = |d: &dgd_compiler::model::Declared| (d.name.clone(), d.unit.clone());
+        let declared =
+            |d: &dgd_compiler::model::DeclarationHeader| (d.name.clone(), d.unit.clone());
         let input_names: Vec<_> = self.dae.inputs.iter().map(|i| declared(&i.declared)).collect();
         let output_names: Vec<_> = self.dae.outputs.iter().map(|o| declared(&o.declared)).collect();
         let inputs = input_names.iter().map(|(name, unit)| read(name, unit)).collect();
@@ -116,7 +117,7 @@ impl Model<'_> {
         }
         let unknowns = self.dae.unknowns.iter().map(|unknown| unknown.name.clone());
         let elements =
-            self.dae.output_arrays.iter().flat_map(dgd_compiler::dae::OutputArray::names);
+            self.dae.output_arrays.iter().flat_map(dgd_compiler::dae::DaeOutputArray::names);
         let known: Vec<String> = input_names
             .iter()
             .chain(&output_names)

@@ -20,8 +20,8 @@ mod units;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::pipeline::Directions;
-use dgd_compiler::source::Sources;
+use dgd_compiler::pipeline::SensitivityDirections;
+use dgd_compiler::source::SourceMap;
 use dgd_data::files::Files;
 use dgd_data::{FileSystem, Reading, Table};
 use dgd_identify::Of;
@@ -61,7 +61,7 @@ pub struct Screenings {
 ///
 /// [`WorkError`]: a file cannot be read, or a name does not exist.
 pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screenings, WorkError> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut tables = read(request, session.files, &mut sources, &mut diagnostics);
     if diagnostics.check().is_err() {
         return Err(WorkError::diagnosed(&diagnostics, sources));
@@ -75,7 +75,7 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
     let mut of_model = None;
     if let Some(model) = &request.model {
         let LoadedModel { compiled, sources, digest, .. } =
-            load(model, &request.choices, &Directions::None, session)?;
+            load(model, &request.choices, &SensitivityDirections::None, session)?;
         of_model = Some(digest);
         session.spare(&sources)?;
         let system = dgd_execute::Loaded::new(compiled.program);
@@ -195,7 +195,7 @@ struct Wishes {
 fn read(
     request: &ScreenRequest,
     files: &dyn FileSystem,
-    sources: &mut Sources,
+    sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Vec<(PathBuf, Table)> {
     let mut tables = Vec::with_capacity(request.data.len());

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use dgd_compiler::units::{Dimension, Unit, convert};
 use dgd_data::{Column, Table};
 
@@ -16,7 +16,7 @@ pub(crate) fn unify(
     tables: &mut [(PathBuf, Table)],
     same: &[[String; 2]],
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     // Copies without values, which may be long.
     let mut firsts: Vec<Column> = Vec::new();
     for column in tables.iter().flat_map(|(_, table)| &table.columns) {

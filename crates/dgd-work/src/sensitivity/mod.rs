@@ -4,7 +4,7 @@ mod page;
 pub mod verify;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::{Direction, Observations, Signature, Solution, Unit};
 use serde::{Serialize, Serializer};
@@ -253,9 +253,9 @@ fn load(
     let mut compilation = Compilation::new(session.files);
     let options = compilation.options(&request.run.choices)?;
     let directions = if request.to.is_empty() {
-        Directions::All
+        SensitivityDirections::All
     } else {
-        Directions::Named(
+        SensitivityDirections::Named(
             request.to.iter().map(|name| compilation.name("--to", name.trim())).collect(),
         )
     };

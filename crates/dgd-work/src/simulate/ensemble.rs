@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::write::{Written, write_header, write_rows};
 use dgd_page::Markup;
 use dgd_plot::{Envelope, Figure, Meaning, Panel, Series, Style, Text};
@@ -115,7 +115,7 @@ impl Ensemble {
             }
         }
         let mut loaded =
-            load(&request.run.model, &request.run.choices, &Directions::None, session)?;
+            load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
         let mut diagnostics = Diagnostics::default();
         let LoadedModel { compiled, sources, .. } = &mut loaded;
         let Ok(sets) = sets::read(session.files, table, &compiled.dae, sources, &mut diagnostics)

@@ -7,7 +7,7 @@ mod over;
 mod page;
 mod prepared;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_page::Markup;
 use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::{IntegrateError, Observations, Solution};
@@ -107,7 +107,8 @@ impl SolutionFacts {
 ///
 /// [`WorkError`]. A run that ends early returns a result with the reason.
 pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simulated, WorkError> {
-    let loaded = load(&request.run.model, &request.run.choices, &Directions::None, session)?;
+    let loaded =
+        load(&request.run.model, &request.run.choices, &SensitivityDirections::None, session)?;
     let mut run = Run::prepare(&request.run, loaded, session)?;
     let mut sweep = Sweep::of(request, run.signature())?;
     let wanted = if request.fields && sweep.is_none() {

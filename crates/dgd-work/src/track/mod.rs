@@ -6,7 +6,7 @@ mod settings;
 
 use std::io::{self, Read, Write};
 
-use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
 use dgd_identify::Of;
 use dgd_identify::filter::{Alarm, Filter, FilterError, FilterProblem, Row, Sample};
 use dgd_page::Markup;
@@ -104,7 +104,7 @@ pub fn track(
     let mut compilation = Compilation::new(session.files);
     let options_of_model = compilation.options(&request.choices)?;
     let (free, fixed) = compilation.sought(&request.sought);
-    let directions = Directions::Tracked { free, fixed };
+    let directions = SensitivityDirections::Tracked { free, fixed };
     let apply = &request.choices.apply;
     let compiled =
         compilation.compile_text(&request.model, apply, &options_of_model, &directions)?;
@@ -144,7 +144,7 @@ pub fn track(
 struct Tracking<'a> {
     request: &'a TrackRequest,
     session: Session<'a>,
-    compiled: &'a Compiled,
+    compiled: &'a CompiledStages,
     problem: FilterProblem<'a>,
     asked: Asked,
     provenance: Provenance,

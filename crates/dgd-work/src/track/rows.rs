@@ -6,7 +6,7 @@ use std::path::Path;
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_data::select::Gaps;
 use dgd_data::stream::Stream;
 use dgd_data::{self as data, Epoch, FileSystem, Reading, Sha256Digest};
@@ -60,7 +60,7 @@ impl<'a> Rows<'a> {
     /// Opens the stream, or otherwise the file; `None` after mistakes, which are reported.
     pub(super) fn open(
         dae: &Dae,
-        sources: &mut Sources,
+        sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
         request: &TrackRequest,
         input: Option<Box<dyn Read>>,
@@ -68,7 +68,7 @@ impl<'a> Rows<'a> {
     ) -> Option<Rows<'a>> {
         let TrackRequest { data: path, solve, strict, .. } = request;
         let (files, known) = (session.files, Known::of(dae));
-        let select = |table: &data::Table, sources: &Sources, diagnostics: &mut Diagnostics| {
+        let select = |table: &data::Table, sources: &SourceMap, diagnostics: &mut Diagnostics| {
             Recording::select(table, &known, Clock::Time, Gaps::Kept, sources, diagnostics, session)
         };
         let is_file = input.is_none();

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::model::ProcessNoise;
-use dgd_compiler::pipeline::Compiled;
+use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
 use dgd_compiler::units::{Unit, read_unit};
@@ -60,7 +60,7 @@ impl Asked {
     pub(super) fn read(
         request: &TrackRequest,
         compilation: &mut Compilation<'_>,
-        compiled: &Compiled,
+        compiled: &CompiledStages,
     ) -> Self {
         let dae = &compiled.dae;
         let states =
@@ -131,7 +131,11 @@ pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError>
 }
 
 /// Declared process noise of a state, SI.
-fn declared_rate(compiled: &Compiled, problem: &FilterProblem<'_>, state: &str) -> Option<f64> {
+fn declared_rate(
+    compiled: &CompiledStages,
+    problem: &FilterProblem<'_>,
+    state: &str,
+) -> Option<f64> {
     match compiled.model.process_noise(state)? {
         ProcessNoise::Known(rate) => Some(rate),
         ProcessNoise::Parameter(i) => Some(problem.p[i as usize]),
@@ -233,7 +237,7 @@ impl Settings {
     /// An output in use declares no noise, or initial values are missing.
     pub(super) fn new(
         asked: &Asked,
-        compiled: &Compiled,
+        compiled: &CompiledStages,
         problem: &FilterProblem<'_>,
         first: Sample<'_>,
         measured: &[bool],

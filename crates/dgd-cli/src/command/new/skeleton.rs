@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::source::Sources;
+use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, describe, parse_unit};
 use dgd_data::files::Files;
 use dgd_data::write::{Written, write_table_at};
@@ -53,7 +53,7 @@ pub(super) fn of(
     bytes: &[u8],
     outputs: &[String],
 ) -> Result<Skeleton, CommandError> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let name = path.display().to_string();
     let table = read_from(&name, bytes, &mut sources, &mut diagnostics);
     let table = table.map_err(|_| CommandError::diagnosed(&diagnostics, sources.clone()))?;
@@ -88,7 +88,12 @@ pub(super) fn of(
 }
 
 /// The text of a CSV file with another header line.
-fn copied(table: &Table, sources: &Sources, quantities: &[Quantity<'_>], bytes: &[u8]) -> Vec<u8> {
+fn copied(
+    table: &Table,
+    sources: &SourceMap,
+    quantities: &[Quantity<'_>],
+    bytes: &[u8],
+) -> Vec<u8> {
     let header = header(table, sources, quantities);
     let span = table.header;
     let offset = bytes.len() - bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes).len();
@@ -174,7 +179,7 @@ fn told(quantities: &[Quantity<'_>]) -> String {
 }
 
 /// The header line, with names of the model.
-fn header(table: &Table, sources: &Sources, quantities: &[Quantity<'_>]) -> String {
+fn header(table: &Table, sources: &SourceMap, quantities: &[Quantity<'_>]) -> String {
     let line = sources.text(table.header);
     let first = table
         .columns

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::dae::{Delay, DelayedInput, DelayedUnknown};
+use crate::dae::{DaeDelayedUnknown, Delay, DelayedInput};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::display::listing;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprGraph, ExprId, Node, Symbol};
 use crate::model::Model;
 use crate::source::Span;
 
@@ -17,7 +17,7 @@ const MOST_WORK: usize = 1_000_000;
 type Summands = Vec<ExprId>;
 
 /// Resolves delays and records the results.
-pub(super) struct Resolver<'a> {
+pub(super) struct DelayResolver<'a> {
     model: &'a Model,
     /// Delayed symbols and their delays, by the number of their `Late` symbol.
     late: Vec<(Symbol, Summands)>,
@@ -26,16 +26,16 @@ pub(super) struct Resolver<'a> {
     pub(super) delays: Vec<Delay>,
     pub(super) varying: Vec<Delay>,
     pub(super) inputs: Vec<DelayedInput>,
-    pub(super) unknowns: Vec<DelayedUnknown>,
+    pub(super) unknowns: Vec<DaeDelayedUnknown>,
     /// A symbol read before its time, whatever the parameters.
     early: Option<Symbol>,
     /// Delays that are unknowns of their own, with the positions of these.
     lags: BTreeMap<ExprId, u32>,
 }
 
-impl<'a> Resolver<'a> {
+impl<'a> DelayResolver<'a> {
     pub(super) fn new(model: &'a Model, lags: BTreeMap<ExprId, u32>) -> Self {
-        Resolver {
+        DelayResolver {
             model,
             late: Vec::new(),
             numbers: BTreeMap::new(),
@@ -52,7 +52,7 @@ impl<'a> Resolver<'a> {
     /// The expressions with their delays pushed down to names; `None` if there are too many.
     pub(super) fn push_down(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         nodes: &[(ExprId, Node)],
     ) -> Option<HashMap<ExprId, ExprId>> {
         let mut built: HashMap<ExprId, ExprId> =
@@ -74,7 +74,7 @@ impl<'a> Resolver<'a> {
         Some(built)
     }
 
-    fn delayed(&mut self, graph: &mut Graph, x: ExprId, tau: ExprId) -> Option<ExprId> {
+    fn delayed(&mut self, graph: &mut ExprGraph, x: ExprId, tau: ExprId) -> Option<ExprId> {
         let nodes = graph.listed([x]);
         self.work += nodes.len();
         if self.work > MOST_WORK {
@@ -117,7 +117,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    fn symbol(&mut self, graph: &mut Graph, source: Symbol, summands: Summands) -> ExprId {
+    fn symbol(&mut self, graph: &mut ExprGraph, source: Symbol, summands: Summands) -> ExprId {
         if summands.is_empty() {
             return graph.symbol(source);
         }
@@ -132,7 +132,7 @@ impl<'a> Resolver<'a> {
     /// The expression, if it reads only present and past values; otherwise the delayed derivative, which is unknown.
     pub(super) fn instantaneous(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         id: ExprId,
     ) -> Result<ExprId, Symbol> {
         let mut replaced = BTreeMap::new();
@@ -153,7 +153,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// Unknowns in the delays of an expression's delayed values.
-    pub(super) fn unknowns_in_delays(&self, graph: &Graph, id: ExprId) -> Vec<u32> {
+    pub(super) fn unknowns_in_delays(&self, graph: &ExprGraph, id: ExprId) -> Vec<u32> {
         let delayed = graph.symbols(id).into_iter().filter_map(|symbol| match symbol {
             Symbol::DelayedUnknown(k) => Some(self.unknowns[k as usize]),
             _ => None,
@@ -170,7 +170,7 @@ impl<'a> Resolver<'a> {
     /// The undelayed expression of an output and its delay; otherwise two symbols that it reads at different times.
     pub(super) fn output(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         id: ExprId,
     ) -> Result<(ExprId, Option<usize>), [Symbol; 2]> {
         let read: Vec<(Symbol, Symbol, Summands)> = graph
@@ -236,7 +236,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// An expression whose delayed values have all been resolved before; otherwise `None`.
-    pub(super) fn known(&self, graph: &mut Graph, id: ExprId) -> Option<ExprId> {
+    pub(super) fn known(&self, graph: &mut ExprGraph, id: ExprId) -> Option<ExprId> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {
             let Symbol::Late(k) = symbol else { continue };
@@ -251,7 +251,7 @@ impl<'a> Resolver<'a> {
                     self.input_symbol(self.inputs.iter().position(|x| *x == wanted)?)
                 }
                 unknown @ (Symbol::Unknown(_) | Symbol::Element(_)) => {
-                    let wanted = DelayedUnknown { unknown, delay, varies };
+                    let wanted = DaeDelayedUnknown { unknown, delay, varies };
                     delayed_unknown_symbol(self.unknowns.iter().position(|x| *x == wanted)?)
                 }
                 _ => return None,
@@ -266,7 +266,7 @@ impl<'a> Resolver<'a> {
         Symbol::Input(u32::try_from(index).unwrap_or(u32::MAX))
     }
 
-    fn delayed_input(&mut self, graph: &mut Graph, i: u32, summands: &[ExprId]) -> ExprId {
+    fn delayed_input(&mut self, graph: &mut ExprGraph, i: u32, summands: &[ExprId]) -> ExprId {
         if summands.is_empty() {
             return graph.symbol(Symbol::Input(i));
         }
@@ -283,7 +283,7 @@ impl<'a> Resolver<'a> {
     /// An unknown or an element.
     fn delayed_unknown(
         &mut self,
-        graph: &mut Graph,
+        graph: &mut ExprGraph,
         unknown: Symbol,
         summands: &[ExprId],
     ) -> ExprId {
@@ -292,7 +292,7 @@ impl<'a> Resolver<'a> {
         }
         self.note_the_future(graph, unknown, summands);
         let (delay, varies) = (self.delay(graph, summands), varies(graph, summands));
-        let wanted = DelayedUnknown { unknown, delay, varies };
+        let wanted = DaeDelayedUnknown { unknown, delay, varies };
         let known = self.unknowns.iter().position(|x| *x == wanted);
         let position = known.unwrap_or_else(|| {
             self.unknowns.push(wanted);
@@ -301,7 +301,7 @@ impl<'a> Resolver<'a> {
         graph.symbol(delayed_unknown_symbol(position))
     }
 
-    fn delay(&mut self, graph: &mut Graph, summands: &[ExprId]) -> usize {
+    fn delay(&mut self, graph: &mut ExprGraph, summands: &[ExprId]) -> usize {
         let tau = sum(graph, summands);
         let list = if varies(graph, summands) { &mut self.varying } else { &mut self.delays };
         if let Some(position) = list.iter().position(|delay| delay.tau == tau) {
@@ -320,7 +320,7 @@ impl<'a> Resolver<'a> {
         list.len() - 1
     }
 
-    fn note_the_future(&mut self, graph: &mut Graph, symbol: Symbol, summands: &[ExprId]) {
+    fn note_the_future(&mut self, graph: &mut ExprGraph, symbol: Symbol, summands: &[ExprId]) {
         let tau = sum(graph, summands);
         if graph.value(tau).is_some_and(|tau| tau < 0.0) {
             self.early = Some(symbol);
@@ -391,13 +391,13 @@ fn delayed_unknown_symbol(position: usize) -> Symbol {
 }
 
 /// Whether a delay varies with time.
-fn varies(graph: &Graph, summands: &[ExprId]) -> bool {
+fn varies(graph: &ExprGraph, summands: &[ExprId]) -> bool {
     let moves = |s: &Symbol| matches!(s, Symbol::Time | Symbol::Input(_) | Symbol::Unknown(_));
     summands.iter().any(|summand| graph.symbols(*summand).iter().any(moves))
 }
 
 /// Adds a summand to a delay.
-fn include(graph: &mut Graph, summands: &mut Summands, tau: ExprId) {
+fn include(graph: &mut ExprGraph, summands: &mut Summands, tau: ExprId) {
     let mut tau = tau;
     if graph.value(tau).is_some()
         && let Some(at) = summands.iter().position(|other| graph.value(*other).is_some())
@@ -410,7 +410,7 @@ fn include(graph: &mut Graph, summands: &mut Summands, tau: ExprId) {
     }
 }
 
-fn sum(graph: &mut Graph, summands: &[ExprId]) -> ExprId {
+fn sum(graph: &mut ExprGraph, summands: &[ExprId]) -> ExprId {
     let zero = graph.constant(0.0);
     summands.iter().fold(zero, |sum, summand| graph.add(sum, *summand))
 }
@@ -431,7 +431,7 @@ fn difference(a: &[ExprId], b: &[ExprId]) -> (Summands, Summands) {
 }
 
 /// time + Σ early − Σ late
-fn shifted_time(graph: &mut Graph, early: &[ExprId], late: &[ExprId]) -> ExprId {
+fn shifted_time(graph: &mut ExprGraph, early: &[ExprId], late: &[ExprId]) -> ExprId {
     let time = graph.symbol(Symbol::Time);
     let (early, late) = (sum(graph, early), sum(graph, late));
     let time = graph.add(time, early);

@@ -1,26 +1,26 @@
 //! Messages about equations that cannot be differentiated.
 
-use super::explicit::{Explicit, Place};
-use super::linear_derivatives::Residual;
-use super::pantelides::{Obstacle, Refusal};
-use super::variables::Variables;
+use super::explicit::{ExplicitSystem, RowAssignment};
+use super::linear_derivatives::RemainingResidual;
+use super::pantelides::{Obstacle, ReductionRefusal};
+use super::variables::UnknownList;
 use crate::dae::matching::{more_places, quoted};
-use crate::dae::transfer::Equation;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{Graph, Symbol};
+use crate::dae::transfer::TransferredEquation;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
+use crate::expr::{ExprGraph, Symbol};
 use crate::model::Model;
 
 /// Reports an equation that index reduction cannot differentiate.
 pub(super) fn refuse(
     model: &Model,
-    equations: &[Equation<'_>],
-    variables: &Variables,
+    equations: &[TransferredEquation<'_>],
+    variables: &UnknownList,
     context: &str,
-    refusal: &Refusal,
+    refusal: &ReductionRefusal,
     diagnostics: &mut Diagnostics,
-) -> Reported {
-    let Refusal { equation, obstacle, wanting, .. } = refusal;
-    let Equation { label, span, .. } = &equations[*equation];
+) -> ErrorReported {
+    let ReductionRefusal { equation, obstacle, wanting, .. } = refusal;
+    let TransferredEquation { label, span, .. } = &equations[*equation];
     let loose = quoted(wanting.iter().map(|i| variables.unknowns[*i as usize].name.as_str()));
     let input = |i: &usize| &model.inputs[*i].declared;
     let why = match obstacle {
@@ -71,11 +71,11 @@ pub(super) fn refuse(
 
 /// Reports constraints that no choice of states satisfies.
 pub(super) fn no_choice<'a>(
-    equations: &[Equation<'_>],
-    constraints: impl Iterator<Item = &'a Residual>,
+    equations: &[TransferredEquation<'_>],
+    constraints: impl Iterator<Item = &'a RemainingResidual>,
     context: &str,
     diagnostics: &mut Diagnostics,
-) -> Reported {
+) -> ErrorReported {
     let mut positions: Vec<usize> = constraints.map(|constraint| constraint.equation).collect();
     positions.sort_unstable();
     positions.dedup();
@@ -95,10 +95,10 @@ pub(super) fn no_choice<'a>(
 /// its row, and with it the constraint and its consequences.
 pub(super) fn verify_bounds(
     model: &Model,
-    graph: &Graph,
-    equations: &[Equation<'_>],
-    systems: &[Explicit],
-    places: &[Vec<Place>],
+    graph: &ExprGraph,
+    equations: &[TransferredEquation<'_>],
+    systems: &[ExplicitSystem],
+    places: &[Vec<RowAssignment>],
     diagnostics: &mut Diagnostics,
 ) {
     for saturation in &model.saturations {
@@ -109,10 +109,12 @@ pub(super) fn verify_bounds(
             .map(|constraint| constraint.equation);
         let forced = || {
             let Symbol::Unknown(i) = unknown else { return None };
-            let mut rows = places[i as usize].iter().flat_map(Place::rows);
+            let mut rows = places[i as usize].iter().flat_map(RowAssignment::rows);
             rows.find(|row| row.order > 0).map(|row| row.equation)
         };
-        let Some(Equation { label, span, .. }) = tied.or_else(forced).map(|e| &equations[e]) else {
+        let Some(TransferredEquation { label, span, .. }) =
+            tied.or_else(forced).map(|e| &equations[e])
+        else {
             continue;
         };
         let name = model.unknown_name(unknown);

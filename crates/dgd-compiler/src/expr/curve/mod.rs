@@ -38,10 +38,10 @@ pub struct CurveId {
 }
 
 /// Stored curves, by their bits.
-static KEPT: Mutex<BTreeMap<Key, CurveId>> = Mutex::new(BTreeMap::new());
+static KEPT: Mutex<BTreeMap<CurveKey, CurveId>> = Mutex::new(BTreeMap::new());
 
 /// Texts, and numbers by their bits.
-type Key = (String, Option<String>, Vec<u64>);
+type CurveKey = (String, Option<String>, Vec<u64>);
 
 impl TableCurve {
     /// Whether it interpolates points, rather than looking numbers up.
@@ -114,7 +114,7 @@ impl CurveId {
     }
 }
 
-fn key(curve: &TableCurve) -> Key {
+fn key(curve: &TableCurve) -> CurveKey {
     let TableCurve { name, curve, smooth, kinks, ends, limit } = curve;
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let mut numbers = vec![u64::from(smooth.cast_unsigned()), curve.knots.len() as u64];

@@ -1,14 +1,14 @@
 //! `prior`: the density of a parameter before a fit.
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported};
 use crate::expr::display::number;
-use crate::model::resolve::{Reading, Resolver};
+use crate::model::resolve::{ModelResolver, NumberReading};
 use crate::model::{Parameter, PriorDensity};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, PriorLaw};
 use crate::units::Unit;
 
-impl<'a> Resolver<'a> {
+impl<'a> ModelResolver<'a> {
     /// Its density; locations and scales are in the unit of the parameter.
     pub(in crate::model) fn prior(
         &mut self,
@@ -16,11 +16,11 @@ impl<'a> Resolver<'a> {
         [first, second]: [&'a Expr; 2],
         unit: &Unit,
         diagnostics: &mut Diagnostics,
-    ) -> Result<PriorDensity, Reported> {
+    ) -> Result<PriorDensity, ErrorReported> {
         let what = |k: usize| format!("{} of a prior", law.numbers()[k]);
         Ok(match law {
             PriorLaw::Normal => {
-                let mean = self.lowering.known(first, unit, Reading::Value, diagnostics)?;
+                let mean = self.lowering.known(first, unit, NumberReading::Value, diagnostics)?;
                 let std = self.lowering.positive(second, unit, &what(1), diagnostics)?;
                 PriorDensity::Normal { mean, std }
             }
@@ -31,8 +31,8 @@ impl<'a> Resolver<'a> {
                 PriorDensity::LogNormal { median: median?, sigma }
             }
             PriorLaw::Uniform => {
-                let lower = self.lowering.known(first, unit, Reading::Value, diagnostics);
-                let upper = self.lowering.known(second, unit, Reading::Value, diagnostics)?;
+                let lower = self.lowering.known(first, unit, NumberReading::Value, diagnostics);
+                let upper = self.lowering.known(second, unit, NumberReading::Value, diagnostics)?;
                 let lower = lower?;
                 if lower >= upper {
                     let message = "the ends of this prior leave nothing between them";
@@ -45,7 +45,7 @@ impl<'a> Resolver<'a> {
                 PriorDensity::Uniform { lower, upper }
             }
             PriorLaw::Laplace => {
-                let median = self.lowering.known(first, unit, Reading::Value, diagnostics)?;
+                let median = self.lowering.known(first, unit, NumberReading::Value, diagnostics)?;
                 let scale = self.lowering.positive(second, unit, &what(1), diagnostics)?;
                 PriorDensity::Laplace { median, scale }
             }
@@ -73,7 +73,7 @@ fn verify_nothing_is_zero(
     unit: &Unit,
     span: Span,
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     if unit.offset == 0.0 {
         return Ok(());
     }
@@ -92,7 +92,7 @@ pub(in crate::model) fn within_support(
     value: Span,
     prior: Span,
     diagnostics: &mut Diagnostics,
-) -> Result<(), Reported> {
+) -> Result<(), ErrorReported> {
     let (lower, upper) = match parameter.prior {
         Some(PriorDensity::Uniform { lower, upper }) => (lower, upper),
         Some(PriorDensity::LogNormal { .. } | PriorDensity::Gamma { .. }) => (0.0, f64::INFINITY),

@@ -4,11 +4,11 @@ use super::item::{head_of_function, last_value, local_let};
 use super::lexical::{Token, TokenKind};
 use super::modes::head_and_block;
 use super::tokens::Tokens;
-use super::{Reader, item_length, take_docs};
+use super::{ItemReader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::ItemKind;
 
-impl<'a> Reader<'a, '_> {
+impl<'a> ItemReader<'a, '_> {
     /// A function with a block. Doc comments in the block belong to the function.
     pub(super) fn function(
         &mut self,

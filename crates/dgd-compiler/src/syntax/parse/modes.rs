@@ -7,12 +7,13 @@ use super::array;
 use super::expression::{expression, sum};
 use super::item::last_value;
 use super::lexical::{Token, TokenKind};
-use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
-use super::{Reader, item_length, take_docs};
-use crate::diagnostics::{Code, Diagnostic, Edit, Fix};
+use super::tokens::{OPERATOR, ParseResult, Tokens, dotted, name, token, word};
+use super::{ItemReader, item_length, take_docs};
+use crate::diagnostics::{Code, Diagnostic, Fix, FixEdit};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Choice, Condition, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
+    Crossing, CrossingCondition, Expr, Item, ItemKind, Name, Reaction, ResetClause, StartMode,
+    TransitionClause, VariantChoice,
 };
 
 /// The tokens before the block of a line, without doc comments, and the block; `None` if there is an invalid token.
@@ -29,7 +30,7 @@ pub(super) fn head_and_block<'a>(
     is_sound.then_some((plain, block))
 }
 
-impl<'a> Reader<'a, '_> {
+impl<'a> ItemReader<'a, '_> {
     /// `modes NAME { MODE { equations } … MODE -> MODE when … start MODE }`
     pub(super) fn modes(
         &mut self,
@@ -49,7 +50,7 @@ impl<'a> Reader<'a, '_> {
             return None;
         }
         let (name, mut inside, behind) = self.named_block(statement, docs, nesting)?;
-        let mut modes: Vec<Choice> = Vec::new();
+        let mut modes: Vec<VariantChoice> = Vec::new();
         let mut transitions = Vec::new();
         let mut starts: Vec<StartMode> = Vec::new();
         let mut above = Vec::new();
@@ -118,7 +119,7 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, optionally with `{ reset x = e }`.
-    fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<Transition> {
+    fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<TransitionClause> {
         let (plain, block) = head_and_block(line, &mut docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
         let (_, (from, to, conditions)) = self.report(head_of_transition(input))?;
@@ -126,7 +127,7 @@ impl<'a> Reader<'a, '_> {
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*line.first()?).to(self.span(*last));
         let doc = self.doc_lines(&docs);
-        Some(Transition { span, doc, from, to, conditions, resets })
+        Some(TransitionClause { span, doc, from, to, conditions, resets })
     }
 
     /// `when EXPRESSION falls below EXPRESSION { reset x = e }`
@@ -149,7 +150,7 @@ impl<'a> Reader<'a, '_> {
         span: Span,
         block: &'a [Token],
         docs: &mut Vec<Token>,
-    ) -> Option<Vec<Reset>> {
+    ) -> Option<Vec<ResetClause>> {
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
         if resets.is_empty() {
             let message = format!("this `{word}` does nothing");
@@ -176,7 +177,7 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// `{ reset x = e … }`, one per line.
-    fn resets(&mut self, block: &'a [Token], docs: &mut Vec<Token>) -> Option<Vec<Reset>> {
+    fn resets(&mut self, block: &'a [Token], docs: &mut Vec<Token>) -> Option<Vec<ResetClause>> {
         let mut resets = Vec::new();
         let (mut inside, behind) = self.block(block)?;
         take_docs(&mut inside, docs);
@@ -196,7 +197,7 @@ impl<'a> Reader<'a, '_> {
 }
 
 /// The period of an `every`, optionally with its offset.
-fn times(input: Tokens<'_>) -> Parsed<'_, (Expr, Option<Expr>)> {
+fn times(input: Tokens<'_>) -> ParseResult<'_, (Expr, Option<Expr>)> {
     let (rest, period) = expression(input)?;
     if rest.starts_with_word("offset") {
         let (rest, offset) = last_value(rest.behind_first())?;
@@ -207,7 +208,7 @@ fn times(input: Tokens<'_>) -> Parsed<'_, (Expr, Option<Expr>)> {
 }
 
 /// `start MODE`, optionally with `if CONDITION`.
-fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
+fn start_mode(input: Tokens<'_>) -> ParseResult<'_, StartMode> {
     let (rest, mode) = name(input.behind_first())?;
     if rest.is_empty() {
         return Ok((rest, StartMode { mode, condition: None }));
@@ -222,9 +223,9 @@ fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
     }
 }
 
-type Head = (Name, Name, Vec<Condition>);
+type TransitionHead = (Name, Name, Vec<CrossingCondition>);
 
-fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
+fn head_of_transition(input: Tokens<'_>) -> ParseResult<'_, TransitionHead> {
     let arrow = token(TokenKind::Arrow, "`->` and the mode that follows, or `{` and equations");
     let when = word("when", "`when` and a condition such as `x falls below 0`");
     let (rest, (from, _, to, _)) = (name, arrow, name, when).parse(input)?;
@@ -233,7 +234,7 @@ fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
 }
 
 /// Conditions joined by `or`, up to the end.
-fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
+fn conditions(mut input: Tokens<'_>) -> ParseResult<'_, Vec<CrossingCondition>> {
     let mut conditions = Vec::new();
     loop {
         let (rest, one) = condition(input)?;
@@ -253,7 +254,7 @@ fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
 }
 
 /// `EXPRESSION falls below EXPRESSION`
-fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
+fn condition(input: Tokens<'_>) -> ParseResult<'_, CrossingCondition> {
     let (rest, left) = sum(input)?;
     let (crossing, side) = match (rest.first_text(), rest.first()) {
         ("rises", _) => (Crossing::Rises, "above"),
@@ -280,14 +281,14 @@ fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
     let expected = if side == "above" { "`above`" } else { "`below`" };
     let (rest, _) = word(side, expected)(rest.behind_first())?;
     let (rest, right) = sum(rest)?;
-    Ok((rest, Condition { left, crossing, right }))
+    Ok((rest, CrossingCondition { left, crossing, right }))
 }
 
 /// `reset x = e`
-fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
+fn reset(input: Tokens<'_>) -> ParseResult<'_, ResetClause> {
     if input.first_text() != "reset" && input.second() == Some(TokenKind::Equal) {
         let message = "a new value begins with `reset`";
-        let fix = Fix::safe(vec![Edit::before(input.span(), "reset ".to_owned())]);
+        let fix = Fix::safe(vec![FixEdit::before(input.span(), "reset ".to_owned())]);
         return input.wrong(Diagnostic::new(Code::E105, input.span(), message).fix(fix));
     }
     let keyword = word("reset", "`reset NAME = …`");
@@ -295,7 +296,7 @@ fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
     let (rest, (_, name, indices, _, value)) =
         (keyword, dotted, array::indices, equal, expression).parse(input)?;
     if rest.is_empty() {
-        Ok((rest, Reset { span: input.span_to(&rest), name, indices, value }))
+        Ok((rest, ResetClause { span: input.span_to(&rest), name, indices, value }))
     } else {
         rest.expected(OPERATOR)
     }

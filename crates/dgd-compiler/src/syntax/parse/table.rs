@@ -6,18 +6,19 @@ use nom::combinator::cut;
 use super::expression::{close, expression, optional_unit};
 use super::item::{attributes, signature};
 use super::lexical::TokenKind;
-use super::tokens::{Parsed, Tokens, dotted, token};
+use super::tokens::{ParseResult, Tokens, dotted, token};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, AttributeKind, Beyond, Expr, ExprKind, ItemKind, Name, Point, Points,
+    AttributeKind, Expr, ExprKind, FormalArgument, ItemKind, Name, TableExtrapolation, TablePoint,
+    TablePoints,
 };
 
 /// Limit on the arguments of a table.
 const MOST_ARGUMENTS: usize = 2;
 
 /// Reads a table after its keyword.
-pub(super) fn table(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+pub(super) fn table(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, (name, arguments)) = cut(signature).parse(input)?;
     if let Some(more) = arguments.get(MOST_ARGUMENTS) {
         let message =
@@ -34,16 +35,20 @@ pub(super) fn table(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// `from "eta.csv"`
-fn of_file(input: Tokens<'_>) -> Parsed<'_, Points> {
+fn of_file(input: Tokens<'_>) -> ParseResult<'_, TablePoints> {
     let (rest, path_span) =
         cut(token(TokenKind::Text, "a path such as \"eta.csv\"")).parse(input)?;
     let quoted = input.first_text();
     let path = quoted[1..quoted.len() - 1].to_owned();
-    Ok((rest, Points::File { path, path_span, rows: None }))
+    Ok((rest, TablePoints::File { path, path_span, rows: None }))
 }
 
 /// `= (0, 305), (1200, 301)`, `at (0, 1200) = (305, 301)` or `from "eta.csv"`.
-fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<'a, Points> {
+fn points<'a>(
+    name: &Name,
+    arguments: &[FormalArgument],
+    input: Tokens<'a>,
+) -> ParseResult<'a, TablePoints> {
     if input.starts_with_word("from") {
         return of_file(input.behind_first());
     }
@@ -64,7 +69,7 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
             // An array of values.
             let (rest, Name { text, span }) = dotted(rest)?;
             let array = Expr { span, kind: ExprKind::Name(text) };
-            return Ok((rest, Points::Columns([abscissae, vec![array]])));
+            return Ok((rest, TablePoints::Columns([abscissae, vec![array]])));
         }
         let (rest, ordinates) = list(rest)?;
         if ordinates.len() != abscissae.len() {
@@ -76,7 +81,7 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
             );
             return rest.wrong(Diagnostic::new(Code::E105, values, message));
         }
-        return Ok((rest, Points::Columns([abscissae, ordinates])));
+        return Ok((rest, TablePoints::Columns([abscissae, ordinates])));
     }
     if input.first() != Some(TokenKind::Equal) {
         return input.wrong(
@@ -111,19 +116,19 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
                     .help(format!("write each so: {}", example(arguments))),
             );
         }
-        points.push(Point { span, numbers });
+        points.push(TablePoint { span, numbers });
         rest = behind;
         let goes_on =
             rest.first() == Some(TokenKind::Comma) && rest.second() != Some(TokenKind::Name);
         if !goes_on {
-            return Ok((rest, Points::Written(points)));
+            return Ok((rest, TablePoints::Written(points)));
         }
         rest = rest.behind_first();
     }
 }
 
 /// `= (q, value), (q, value)`
-fn example(arguments: &[Argument]) -> String {
+fn example(arguments: &[FormalArgument]) -> String {
     let names: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();
     let point = format!("({}, value)", names.join(", "));
     format!("`= {point}, {point}`")
@@ -135,7 +140,7 @@ fn is_list_of_points(input: Tokens<'_>) -> bool {
 }
 
 /// Expressions in parentheses, at least one.
-fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
+fn list(input: Tokens<'_>) -> ParseResult<'_, Vec<Expr>> {
     let open = input.span();
     let mut rest = cut(token(TokenKind::Open, "`(` and numbers")).parse(input)?.0;
     let mut numbers = Vec::new();
@@ -151,13 +156,13 @@ fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
 }
 
 /// `refuse`, `hold` or `extend`, after `beyond`.
-pub(super) fn beyond(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+pub(super) fn beyond(input: Tokens<'_>) -> ParseResult<'_, AttributeKind> {
     let word = input.first_text();
-    let entry = Beyond::ALL.iter().find(|(known, _)| *known == word);
+    let entry = TableExtrapolation::ALL.iter().find(|(known, _)| *known == word);
     if let Some((_, beyond)) = entry.filter(|_| input.first() == Some(TokenKind::Name)) {
         return Ok((input.behind_first(), AttributeKind::Beyond(*beyond)));
     }
-    let near = suggestion(word, Beyond::ALL.iter().map(|(word, _)| *word));
+    let near = suggestion(word, TableExtrapolation::ALL.iter().map(|(word, _)| *word));
     let help = near.map_or_else(
         || {
             "beyond the ends `refuse` ends the run, `hold` goes on with the value there, and `extend` with the slope"

@@ -30,7 +30,7 @@ pub(crate) struct Tokens<'a> {
 
 /// The reason why a parser stopped.
 #[derive(Debug)]
-pub(crate) struct Stop<'a> {
+pub(crate) struct ParseStop<'a> {
     /// The position.
     at: Tokens<'a>,
     /// The expected syntax.
@@ -39,7 +39,7 @@ pub(crate) struct Stop<'a> {
     diagnostic: Option<Diagnostic>,
 }
 
-pub(crate) type Parsed<'a, T> = IResult<Tokens<'a>, T, Box<Stop<'a>>>;
+pub(crate) type ParseResult<'a, T> = IResult<Tokens<'a>, T, Box<ParseStop<'a>>>;
 
 impl<'a> Tokens<'a> {
     /// The tokens of an item in a source with this text.
@@ -156,7 +156,7 @@ impl<'a> Tokens<'a> {
     }
 
     /// The tokens one level deeper; an error if that is too deep.
-    pub(crate) fn deeper(self) -> Result<Self, Err<Box<Stop<'a>>>> {
+    pub(crate) fn deeper(self) -> Result<Self, Err<Box<ParseStop<'a>>>> {
         if self.nesting == NESTING {
             return self.wrong::<()>(too_deep(self.span())).map(|_| self);
         }
@@ -169,14 +169,14 @@ impl<'a> Tokens<'a> {
     }
 
     /// A recoverable failure: another parser may be tried here.
-    pub(crate) fn expected<T>(self, expected: &'static str) -> Parsed<'a, T> {
-        Err(Err::Error(Box::new(Stop { at: self, expected, diagnostic: None })))
+    pub(crate) fn expected<T>(self, expected: &'static str) -> ParseResult<'a, T> {
+        Err(Err::Error(Box::new(ParseStop { at: self, expected, diagnostic: None })))
     }
 
     /// A failure with its own diagnostic, which ends the item.
-    pub(crate) fn wrong<T>(self, diagnostic: Diagnostic) -> Parsed<'a, T> {
+    pub(crate) fn wrong<T>(self, diagnostic: Diagnostic) -> ParseResult<'a, T> {
         let diagnostic = Some(diagnostic);
-        Err(Err::Failure(Box::new(Stop { at: self, expected: "", diagnostic })))
+        Err(Err::Failure(Box::new(ParseStop { at: self, expected: "", diagnostic })))
     }
 }
 
@@ -219,9 +219,9 @@ impl<'a> Input for Tokens<'a> {
     }
 }
 
-impl<'a> ParseError<Tokens<'a>> for Box<Stop<'a>> {
+impl<'a> ParseError<Tokens<'a>> for Box<ParseStop<'a>> {
     fn from_error_kind(at: Tokens<'a>, _: ErrorKind) -> Self {
-        Box::new(Stop { at, expected: "something else", diagnostic: None })
+        Box::new(ParseStop { at, expected: "something else", diagnostic: None })
     }
 
     fn append(_: Tokens<'a>, _: ErrorKind, other: Self) -> Self {
@@ -234,13 +234,13 @@ impl<'a> ParseError<Tokens<'a>> for Box<Stop<'a>> {
     }
 }
 
-impl Stop<'_> {
+impl ParseStop<'_> {
     /// The diagnostic for the user.
     pub(crate) fn into_diagnostic(self) -> Diagnostic {
         if let Some(diagnostic) = self.diagnostic {
             return diagnostic;
         }
-        let Stop { at, expected, .. } = self;
+        let ParseStop { at, expected, .. } = self;
         let span = at.span();
         let text = at.first_text();
         let token = match at.first() {
@@ -315,7 +315,7 @@ pub(crate) const CLOSE: &str = "`)` or an operator";
 pub(crate) fn token<'a>(
     kind: TokenKind,
     expected: &'static str,
-) -> impl Fn(Tokens<'a>) -> Parsed<'a, Span> {
+) -> impl Fn(Tokens<'a>) -> ParseResult<'a, Span> {
     move |input| {
         if input.first() == Some(kind) {
             Ok((input.behind_first(), input.span()))
@@ -329,7 +329,7 @@ pub(crate) fn token<'a>(
 pub(crate) fn word<'a>(
     word: &'static str,
     expected: &'static str,
-) -> impl Fn(Tokens<'a>) -> Parsed<'a, Span> {
+) -> impl Fn(Tokens<'a>) -> ParseResult<'a, Span> {
     move |input| {
         if input.starts_with_word(word) {
             Ok((input.behind_first(), input.span()))
@@ -340,7 +340,7 @@ pub(crate) fn word<'a>(
 }
 
 /// A name that is not a reserved word.
-pub(crate) fn name(input: Tokens<'_>) -> Parsed<'_, Name> {
+pub(crate) fn name(input: Tokens<'_>) -> ParseResult<'_, Name> {
     let (text, span) = (input.first_text(), input.span());
     if input.first() != Some(TokenKind::Name) {
         return input.expected("a name");
@@ -353,13 +353,13 @@ pub(crate) fn name(input: Tokens<'_>) -> Parsed<'_, Name> {
 }
 
 /// A name, or names with points between them: `pump.q`.
-pub(crate) fn dotted(input: Tokens<'_>) -> Parsed<'_, Name> {
+pub(crate) fn dotted(input: Tokens<'_>) -> ParseResult<'_, Name> {
     name(input)?;
     members(input)
 }
 
 /// The name at the first token, with its members after points, where any word is a name.
-pub(crate) fn members(input: Tokens<'_>) -> Parsed<'_, Name> {
+pub(crate) fn members(input: Tokens<'_>) -> ParseResult<'_, Name> {
     let mut dotted = Name { text: input.first_text().to_owned(), span: input.span() };
     let mut rest = input.behind_first();
     while rest.first() == Some(TokenKind::Dot) {

@@ -1,6 +1,6 @@
 //! Inner constants of an effect, which have no influence at its null, and the grids on which they are tried.
 
-use dgd_compiler::effects::Brought;
+use dgd_compiler::effects::AddedItems;
 use dgd_execute::Loaded;
 use dgd_identify::Recording;
 use dgd_runtime::System;
@@ -50,7 +50,7 @@ impl Inner {
 pub(super) fn inner_constants(
     system: &Loaded,
     candidate: &Candidate<'_>,
-    brought: &Brought,
+    brought: &AddedItems,
     recordings: &[Recording],
     ranges: &Ranges,
 ) -> Vec<Inner> {

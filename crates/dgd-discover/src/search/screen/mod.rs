@@ -19,7 +19,7 @@ mod score;
 mod steps;
 mod weighted;
 
-use dgd_compiler::effects::{Blending, Brought};
+use dgd_compiler::effects::{AddedItems, EffectBlending};
 use dgd_execute::Loaded;
 use dgd_identify::journal::kept;
 use dgd_runtime::parallel::{in_parallel, in_parallel_stateless};
@@ -198,7 +198,7 @@ impl Parts<'_> {
         if candidate.is_generic && !candidate.has_inner && !is_apart {
             return Company::Plain;
         }
-        let screening = self.base.screening(self.all, structure, &[one], Blending::Null);
+        let screening = self.base.screening(self.all, structure, &[one], EffectBlending::Null);
         let (system, brought) = match screening {
             Ok(screening) => screening,
             Err(refused) => return Company::LeftOut(format!("cannot be applied: {}", refused.0)),
@@ -244,7 +244,7 @@ impl Parts<'_> {
 
     /// Screens some candidates with simulations that include all of them; if that fails, in halves.
     fn screen(&self, others: &[usize], screen: &mut Screen) {
-        if self.screen_together(others, Blending::Null, screen).is_some() {
+        if self.screen_together(others, EffectBlending::Null, screen).is_some() {
             return;
         }
         let [candidate] = *others else {
@@ -255,7 +255,7 @@ impl Parts<'_> {
             return;
         };
         // At its null it has no derivative; blended in, with the null's parameters on a grid, it may have one.
-        if self.screen_together(others, Blending::Blended, screen).is_none() {
+        if self.screen_together(others, EffectBlending::Blended, screen).is_none() {
             let why = "has no derivative where it does nothing".to_owned();
             screen.silent.push(Silent { candidate, why, remedy: Remedy::Fit });
         }
@@ -263,7 +263,12 @@ impl Parts<'_> {
 
     /// `None` if the candidates cannot be simulated, or lose derivatives that the fitted structure has; a single
     /// candidate may lose up to half of them.
-    fn screen_together(&self, others: &[usize], how: Blending, screen: &mut Screen) -> Option<()> {
+    fn screen_together(
+        &self,
+        others: &[usize],
+        how: EffectBlending,
+        screen: &mut Screen,
+    ) -> Option<()> {
         if others.is_empty() {
             return Some(());
         }
@@ -374,7 +379,7 @@ impl Parts<'_> {
     fn zoom(
         &self,
         others: &[usize],
-        how: Blending,
+        how: EffectBlending,
         inner: &[Vec<Inner>],
         found: &mut [Vec<Promise>],
     ) {
@@ -436,12 +441,12 @@ impl Parts<'_> {
         with_it.is_ok_and(|with_it| starts(&with_it) > self.starts)
     }
 
-    fn inner_of_one(&self, system: &Loaded, one: usize, brought: &Brought) -> Vec<Inner> {
+    fn inner_of_one(&self, system: &Loaded, one: usize, brought: &AddedItems) -> Vec<Inner> {
         inner_constants(system, &self.all[one], brought, self.data.train, self.ranges)
     }
 
     /// The inner constants of each of some candidates.
-    fn inner_of(&self, some: &[usize], system: &Loaded, brought: &[Brought]) -> Vec<Vec<Inner>> {
+    fn inner_of(&self, some: &[usize], system: &Loaded, brought: &[AddedItems]) -> Vec<Vec<Inner>> {
         let each = some.iter().zip(brought);
         each.map(|(&one, brought)| self.inner_of_one(system, one, brought)).collect()
     }
@@ -460,7 +465,7 @@ type Place = Vec<Vec<f64>>;
 #[derive(Clone, Copy)]
 struct Together<'a> {
     system: &'a Loaded,
-    brought: &'a [Brought],
+    brought: &'a [AddedItems],
     /// The inner constants of each.
     inner: &'a [Vec<Inner>],
 }
@@ -489,7 +494,7 @@ struct Promise {
 fn promise(
     system: &Loaded,
     lambdas: &[&String],
-    brought: &Brought,
+    brought: &AddedItems,
     columns: &[Vec<f64>],
     basis: &Basis,
     errors: &Errors,

@@ -9,7 +9,7 @@
 //!
 //! for the whole step, at some points between the edge and the other end of the limit's range.
 
-use dgd_compiler::effects::Brought;
+use dgd_compiler::effects::AddedItems;
 use dgd_execute::Loaded;
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
@@ -44,7 +44,7 @@ impl Limit<'_> {
 }
 
 /// The parameters of a kinked effect whose null is one end of their range.
-fn limits<'a>(system: &Loaded, one: &Candidate<'_>, brought: &'a Brought) -> Vec<Limit<'a>> {
+fn limits<'a>(system: &Loaded, one: &Candidate<'_>, brought: &'a AddedItems) -> Vec<Limit<'a>> {
     let limit = |name: &'a String| {
         let mut parameters = system.signature().parameters.iter();
         let &Parameter { value, lower, upper, .. } = parameters.find(|p| *p.name == **name)?;
@@ -64,7 +64,7 @@ impl Parts<'_> {
         &self,
         system: &Loaded,
         one: &Candidate<'_>,
-        brought: &Brought,
+        brought: &AddedItems,
     ) -> Vec<Promise> {
         let limits = limits(system, one, brought);
         if limits.is_empty() {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::Disk;
 use dgd_data::files::write_folder;
 use dgd_discover::{
@@ -53,7 +53,8 @@ struct Simulated {
 
 fn simulated(set: &[&str]) -> Simulated {
     let request = request(set);
-    let loaded = load(&request.model, &request.choices, &Directions::None, Session::new(&Silent));
+    let loaded =
+        load(&request.model, &request.choices, &SensitivityDirections::None, Session::new(&Silent));
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     let run = Run::prepare(&request, loaded, Session::new(&Silent));
     let run = run.unwrap_or_else(|error| panic!("{error}"));

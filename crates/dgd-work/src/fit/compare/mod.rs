@@ -14,7 +14,7 @@ mod ratio;
 mod score;
 mod summary;
 
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::files::Files;
 use dgd_plot::Figure;
 use serde::{Serialize, Serializer};
@@ -119,7 +119,7 @@ fn label(k: usize) -> String {
 fn common_outputs(named: &[Named], session: Session<'_>) -> Result<Vec<String>, WorkError> {
     let mut outputs_of_all: Vec<Vec<String>> = Vec::with_capacity(named.len());
     for one in named {
-        let loaded = load(&one.model, &one.choices, &Directions::None, session)?;
+        let loaded = load(&one.model, &one.choices, &SensitivityDirections::None, session)?;
         let outputs = loaded.compiled.dae.outputs.iter();
         outputs_of_all.push(outputs.map(|output| output.declared.name.clone()).collect());
     }

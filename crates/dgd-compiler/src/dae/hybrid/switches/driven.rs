@@ -8,7 +8,7 @@ use crate::expr::{ExprId, Symbol};
 use crate::model::{Interpolation, Model};
 
 /// The driven unknowns.
-pub(super) struct Driven {
+pub(super) struct DrivenUnknowns {
     unknowns: BTreeSet<u32>,
     /// Those that are constant between events.
     still: BTreeSet<u32>,
@@ -16,7 +16,7 @@ pub(super) struct Driven {
     is_linear: Vec<bool>,
 }
 
-impl Driven {
+impl DrivenUnknowns {
     pub(super) fn of(dae: &Dae, model: &Model) -> Self {
         let inputs = model.inputs.iter().map(|input| input.interpolation);
         let late = dae.delayed_inputs.iter().map(|late| model.inputs[late.input].interpolation);
