@@ -20,10 +20,10 @@ use dgd_compiler::program::Program;
 use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_data::{Table, read};
-use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_execute::{Engine, InterpretedSystem, LoadedSystem};
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Point, Problem, Solution, Solved, System, simulate,
-    simulate_with_sensitivities,
+    EvaluationPoint, InputColumn, Inputs, Interpolation, Options, Problem, Solution,
+    SolvableSystem, System, simulate, simulate_with_sensitivities,
 };
 
 mod models {
@@ -45,8 +45,8 @@ fn main() {
     for flow in ["dynamic", "static"] {
         let reference = reference(flow);
         let program = program("bench_two_state", &[("flow", flow)]);
-        let interpreted = Interpreted::new(program.clone());
-        let native = Loaded::with_engine(program, Engine::Native);
+        let interpreted = InterpretedSystem::new(program.clone());
+        let native = LoadedSystem::with_engine(program, Engine::Native);
         for with in [false, true] {
             let problem = match (flow, with) {
                 ("dynamic", false) => "P1a",
@@ -74,7 +74,7 @@ fn compilation(model: &str) {
     let operations = |function: &dgd_compiler::program::ProgramFunction| {
         function.body.len() + function.loops.iter().map(|part| part.body.len()).sum::<usize>()
     };
-    let system = || Loaded::with_engine(program.clone(), Engine::Native);
+    let system = || LoadedSystem::with_engine(program.clone(), Engine::Native);
     let all_functions = measure(Duration::from_millis(300), || {
         let system = system();
         system.compile().expect("native code");
@@ -86,7 +86,7 @@ fn compilation(model: &str) {
     let z = vec![0.0; program.signature.discrete.len()];
     let first = measure(Duration::from_millis(300), || {
         let (system, mut f) = (system(), vec![0.0; y.len()]);
-        system.rhs(Point { t: 0.0, y: &y, u: &u, p: &p, z: &z }, &mut f);
+        system.rhs(EvaluationPoint { t: 0.0, y: &y, u: &u, p: &p, z: &z }, &mut f);
         system
     });
     println!(
@@ -101,13 +101,14 @@ fn compilation(model: &str) {
 fn row(
     problem: &str,
     back_end: &str,
-    system: &impl Solved,
+    system: &impl SolvableSystem,
     reference: &Table,
     with: bool,
     tolerance: f64,
 ) {
     let p: Vec<f64> = system.signature().parameters.iter().map(|x| x.value).collect();
-    let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
+    let column =
+        InputColumn { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("inputs");
     let times: Vec<f64> = (0..=1000).map(f64::from).collect();
     // As for the peers: atol is a hundredth of rtol, relative to the sizes of the unknowns.
@@ -130,7 +131,7 @@ fn row(
 }
 
 /// The largest difference from the reference, relative to a column's largest value.
-fn error(system: &impl Solved, solution: &Solution, reference: &Table, with: bool) -> f64 {
+fn error(system: &impl SolvableSystem, solution: &Solution, reference: &Table, with: bool) -> f64 {
     let signature = system.signature();
     let times = reference.time.as_deref().unwrap_or_default();
     let mut worst: f64 = 0.0;

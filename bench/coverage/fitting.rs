@@ -4,7 +4,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::source::{SourceMap, SourceText};
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::filter::{
     Level, PredictionErrorProblem, prediction_error, prediction_error_profiles,
 };
@@ -21,7 +21,7 @@ pub(super) struct Held {
 }
 
 /// The model of a problem.
-pub(super) fn system(problem: Problem) -> Loaded {
+pub(super) fn system(problem: Problem) -> LoadedSystem {
     let directions = match problem {
         Problem::Substrate | Problem::Siphon => {
             SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() }
@@ -35,11 +35,15 @@ pub(super) fn system(problem: Problem) -> Loaded {
     let options = ModelOptions::default();
     let compiled =
         compile(main, &options, &directions, &mut imports, &mut sources, &mut diagnostics);
-    Loaded::new(compiled.expect("the models of this example have no mistakes").program)
+    LoadedSystem::new(compiled.expect("the models of this example have no mistakes").program)
 }
 
 /// Whether the intervals of a data set hold the truth; nothing where the fit does not converge.
-pub(super) fn held(problem: Problem, system: &Loaded, recording: Recording) -> Option<Vec<Held>> {
+pub(super) fn held(
+    problem: Problem,
+    system: &LoadedSystem,
+    recording: Recording,
+) -> Option<Vec<Held>> {
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let recordings = [recording];
     let all: Vec<usize> = (0..problem.estimates().len()).collect();

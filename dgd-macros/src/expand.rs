@@ -16,10 +16,10 @@ use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 
 use crate::fallback;
-use crate::input::Input;
+use crate::input::MacroInput;
 
 /// The module of the model at `input.path` in `folder`.
-pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
+pub(crate) fn expand(input: &MacroInput, folder: &Path) -> TokenStream {
     let path = input.path.value();
     let text = match read(folder, &path) {
         Ok(text) => text,
@@ -111,7 +111,7 @@ fn read(folder: &Path, path: &str) -> Result<String, String> {
 
 /// One error with the rendered diagnostics, and a stub so that no further errors follow.
 fn failure(
-    input: &Input,
+    input: &MacroInput,
     folder: &Path,
     text: &str,
     sources: &SourceMap,

@@ -18,13 +18,13 @@ use dgd_compiler::syntax::ast::{
 use dgd_compiler::syntax::parse_what_is_sound;
 use proc_macro2::TokenStream;
 
-use crate::input::Input;
+use crate::input::MacroInput;
 
 /// A module with the names that user code reads, so that rustc reports the model's own error rather than missing names.
 ///
 /// It is generated from a valid model with the same names, whose unknowns are constant, and so has every type and
 /// function of the real one.
-pub(crate) fn stub(input: &Input, text: &str, read: &mut ReadImport<'_>) -> TokenStream {
+pub(crate) fn stub(input: &MacroInput, text: &str, read: &mut ReadImport<'_>) -> TokenStream {
     let mut sources = SourceMap::default();
     let main = SourceText { name: input.path.value(), text: text.to_owned() };
     let ast = with_parts(main.clone(), read, &mut sources).unwrap_or_else(|| {

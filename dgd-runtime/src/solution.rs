@@ -4,8 +4,8 @@ use std::fmt;
 
 use dgd_signature::number::{short, with_unit};
 
-use crate::integrate::Memory;
-use crate::signal::Side;
+use crate::integrate::RunMemory;
+use crate::signal::LimitSide;
 use crate::system::{Signature, Text, Unit};
 
 /// Values at the requested times.
@@ -45,8 +45,8 @@ pub struct Solution {
     pub undefined: Vec<UndefinedSensitivity>,
     /// Thresholds on which the run began, so that sensitivities are one-sided.
     pub one_sided: Vec<OneSided>,
-    /// State for continuing this run; only of a resumable run ([`Wanted::Resumed`](crate::Wanted)).
-    pub memory: Option<Memory>,
+    /// State for continuing this run; only of a resumable run ([`WantedResults::Resumed`](crate::Wanted)).
+    pub memory: Option<RunMemory>,
     /// Counts of the work done.
     pub statistics: Statistics,
 }
@@ -336,7 +336,7 @@ impl Solution {
     }
 
     /// Which limit the values at the k-th time represent.
-    pub fn side(&self, k: usize) -> Side {
+    pub fn side(&self, k: usize) -> LimitSide {
         side(&self.times, k)
     }
 }
@@ -346,10 +346,10 @@ impl Solution {
 /// A time that occurs twice means just before and just after a jump of the inputs or an event. One that occurs once
 /// means just after, at the end too: a row of a recording holds the inputs that apply from there on. At the start only
 /// just after exists. A time that occurs more than twice belongs to replicates, and means just after.
-pub fn side(times: &[f64], k: usize) -> Side {
+pub fn side(times: &[f64], k: usize) -> LimitSide {
     let t = times[k];
     let is_first_of_two = times.get(k + 1) == Some(&t)
         && times.get(k + 2) != Some(&t)
         && (k == 0 || times[k - 1] != t);
-    if t > times[0] && is_first_of_two { Side::Left } else { Side::Right }
+    if t > times[0] && is_first_of_two { LimitSide::Left } else { LimitSide::Right }
 }

@@ -9,16 +9,18 @@ use dgd_compiler::pipeline::{SensitivityDirections, compile_asts, load};
 use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
-use dgd_runtime::{Column, Inputs, Observations, Options, Problem, Signature, Solution, System};
+use dgd_runtime::{
+    InputColumn, Inputs, Observations, Options, Problem, Signature, Solution, System,
+};
 use dgd_runtime::{observe, simulate};
 
 use crate::chapters::Fallible;
 
 /// A compiled model with values of its parameters, SI.
 pub(crate) struct Model {
-    pub(crate) system: Loaded,
+    pub(crate) system: LoadedSystem,
     pub(crate) p: Vec<f64>,
 }
 
@@ -78,7 +80,7 @@ impl Model {
         let compiled = compiled.map_err(|_| {
             render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain)
         })?;
-        let system = Loaded::new(compiled.program);
+        let system = LoadedSystem::new(compiled.program);
         let p = system.signature().parameters.iter().map(|parameter| parameter.value).collect();
         Ok(Model { system, p })
     }
@@ -119,14 +121,14 @@ impl Model {
     ) -> Fallible<Recording> {
         let signature = self.signature();
         let column = |name: &str| columns.iter().find(|(other, _)| *other == name);
-        let inputs: Vec<Column<'_>> = signature
+        let inputs: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .map(|input| {
                 let (_, values) = column(&input.name)
                     .ok_or_else(|| format!("nothing was recorded for `{}`", input.name))?;
                 let interpolation = input.interpolation;
-                Ok(Column { name: &input.name, interpolation, values })
+                Ok(InputColumn { name: &input.name, interpolation, values })
             })
             .collect::<Fallible<_>>()?;
         let inputs = Inputs::recorded(times, &inputs)?;

@@ -2,7 +2,7 @@
 
 use dgd_plot::{Figure, Panel, Text};
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities,
+    InputColumn, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities,
 };
 
 use crate::chapters::Fallible;
@@ -22,8 +22,8 @@ pub(crate) fn draw(settings: &[(&str, f64)]) -> Fallible<Section> {
     let inputs = Inputs::recorded(
         &times,
         &[
-            Column { name: "omega", interpolation: hold, values: &omega },
-            Column { name: "q_in", interpolation: hold, values: &flow },
+            InputColumn { name: "omega", interpolation: hold, values: &omega },
+            InputColumn { name: "q_in", interpolation: hold, values: &flow },
         ],
     )?;
     let problem = Problem { system: &model.system, p: &model.p, inputs: &inputs, start: &[] };

@@ -4,14 +4,14 @@ use std::fmt::Write;
 
 use dgd_compiler::codegen::generate;
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_runtime::Solved;
+use dgd_runtime::SolvableSystem;
 
 use crate::grammar;
 use crate::oracle::generated_agrees;
 use crate::prepared::compiled;
 
 /// Whether a generated model disagrees with the one of its seed, which is then reported; called by generated programs.
-pub fn disagrees(seed: u64, without: &[String], system: &impl Solved) -> bool {
+pub fn disagrees(seed: u64, without: &[String], system: &impl SolvableSystem) -> bool {
     let result = generated_agrees(&grammar::case(seed, without), system);
     if let Err(reason) = &result {
         println!("seed {seed}: {reason}");

@@ -6,10 +6,10 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile, compile_asts, load};
 use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::parse;
-use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_execute::{Engine, InterpretedSystem, LoadedSystem};
 use dgd_runtime::{
-    Column, Failure, Inputs, Options, Problem, Signature, Solution, System, find_method, simulate,
-    simulate_with_sensitivities,
+    Failure, InputColumn, Inputs, Options, Problem, Signature, Solution, System, find_method,
+    simulate, simulate_with_sensitivities,
 };
 
 use crate::case::Case;
@@ -21,9 +21,9 @@ const MOST_STEPS: usize = 40_000;
 /// A case ready to run.
 pub(crate) struct Prepared {
     pub compiled: CompiledStages,
-    pub system: Interpreted,
+    pub system: InterpretedSystem,
     /// Compiled on first use.
-    pub native: Loaded,
+    pub native: LoadedSystem,
     pub inputs: Inputs,
     pub p: Vec<f64>,
     pub times: Vec<f64>,
@@ -80,8 +80,8 @@ fn stages(
 impl Prepared {
     pub(crate) fn new(case: &Case) -> Result<Self, Finding> {
         let (compiled, _) = compiled(case, &SensitivityDirections::All)?;
-        let system = Interpreted::new(compiled.program.clone());
-        let native = Loaded::with_engine(compiled.program.clone(), Engine::Native);
+        let system = InterpretedSystem::new(compiled.program.clone());
+        let native = LoadedSystem::with_engine(compiled.program.clone(), Engine::Native);
         let signature = system.signature();
         let inputs = inputs(case, signature)
             .map_err(|reason| Finding::new("accepted", "recording", reason))?;
@@ -93,7 +93,7 @@ impl Prepared {
         self.system.signature()
     }
 
-    pub(crate) fn problem<'a>(&'a self, p: &'a [f64]) -> Problem<'a, Loaded> {
+    pub(crate) fn problem<'a>(&'a self, p: &'a [f64]) -> Problem<'a, LoadedSystem> {
         Problem { system: &self.native, p, inputs: &self.inputs, start: &[] }
     }
 
@@ -152,8 +152,8 @@ fn inputs(case: &Case, signature: &Signature) -> Result<Inputs, String> {
             column.iter().map(|x| x * input.unit.factor + input.unit.offset).collect::<Vec<f64>>(),
         );
     }
-    let columns: Vec<Column<'_>> = (signature.inputs.iter().zip(&values))
-        .map(|(input, values)| Column {
+    let columns: Vec<InputColumn<'_>> = (signature.inputs.iter().zip(&values))
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,

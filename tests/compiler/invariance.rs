@@ -13,8 +13,8 @@ use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::ast::{Ast, AttributeKind, Expr, ExprKind, Item, ItemKind, WrittenUnit};
 use dgd_compiler::syntax::{parse, places, print};
 use dgd_compiler::units::parse_unit;
-use dgd_execute::Interpreted;
-use dgd_runtime::{Inputs, Options, Point, Problem, System, discrete_numbers, simulate};
+use dgd_execute::InterpretedSystem;
+use dgd_runtime::{EvaluationPoint, Inputs, Options, Problem, System, discrete_numbers, simulate};
 
 use crate::golden::files;
 use crate::support::{Noise, input_values, model_files, root};
@@ -50,18 +50,18 @@ fn trees(path: &Path) -> Vec<Ast> {
         .expect("the repository's models parse")
 }
 
-fn interpreted(asts: &[Ast]) -> Interpreted {
+fn interpreted(asts: &[Ast]) -> InterpretedSystem {
     let mut diagnostics = Diagnostics::default();
     let dae = resolve(asts, &ModelOptions::default(), &mut diagnostics)
         .and_then(|model| assemble(&model, &mut diagnostics))
         .unwrap_or_else(|_| panic!("{:?}", diagnostics.sorted()));
     let all: Vec<_> = (0..dae.parameters.len()).map(Direction::Parameter).collect();
-    Interpreted::new(lower(&dae, &all))
+    InterpretedSystem::new(lower(&dae, &all))
 }
 
 /// Right-hand sides, by their equations, outputs, and ∂f/∂p near the start, in SI. Every number is
 /// found by its name, and changed a little so that nothing vanishes by accident.
-fn values(system: &Interpreted) -> BTreeMap<String, f64> {
+fn values(system: &InterpretedSystem) -> BTreeMap<String, f64> {
     let signature = system.signature();
     let near = |name: &str, value: f64| {
         let seed = name
@@ -73,14 +73,14 @@ fn values(system: &Interpreted) -> BTreeMap<String, f64> {
     let u = input_values(signature, |name, _| near(name, 0.02), |name, _| near(name, 0.001));
     let mut y = vec![0.0; signature.unknowns.len()];
     let z = discrete_numbers(system, &p, 0.0);
-    system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
+    system.start(EvaluationPoint { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut y);
     // Shares are counted in the order of the file: they are told apart by their switches.
     let equations = signature.equations.iter().map(|equation| without_numbers(equation.as_ref()));
     for ((value, unknown), equation) in y.iter_mut().zip(signature.unknowns.iter()).zip(equations) {
         let name = if unknown.name.starts_with("share(") { &equation } else { &*unknown.name };
         *value = near(name, *value + 0.01);
     }
-    let at = Point { t: 0.5, y: &y, u: &u, p: &p, z: &z };
+    let at = EvaluationPoint { t: 0.5, y: &y, u: &u, p: &p, z: &z };
 
     let mut values = BTreeMap::new();
     let mut f = vec![0.0; y.len()];

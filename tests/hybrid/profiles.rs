@@ -4,7 +4,7 @@
 use dgd_compiler::expr::curve::Curve;
 use dgd_compiler::expr::curve::interpolate::through;
 use dgd_compiler::syntax::ast::{TableExtrapolation, TableInterpolation};
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{
     Failure, Inputs, IntegrateError, Options, Problem, Solution, find_method, simulate,
     simulate_with_sensitivities,
@@ -34,7 +34,7 @@ fn with(method: &str, rtol: f64) -> Options {
     Options { method, rtol, atol: rtol, ..Options::default() }
 }
 
-fn run_by(system: &Interpreted, times: &[f64], given: &Options) -> Result<Solution, Failure> {
+fn run_by(system: &InterpretedSystem, times: &[f64], given: &Options) -> Result<Solution, Failure> {
     let (p, inputs) = (parameters(system), Inputs::none());
     simulate(&Problem { system, p: &p, inputs: &inputs, start: &[] }, times, given)
 }
@@ -75,7 +75,7 @@ fn tank(
     shape: &str,
     declared: &str,
     argument: &str,
-) -> Interpreted {
+) -> InterpretedSystem {
     system(&format!(
         "model tank\n{declared}\ntable flow(t [{unit}]) [l/s] = {} {shape}, beyond hold\n\
          state V [l] = 0\nequation V: der(V) = flow({argument})\noutput q [l/s] = flow({argument})",
@@ -83,7 +83,7 @@ fn tank(
     ))
 }
 
-fn volume(system: &Interpreted, solution: &Solution, k: usize) -> f64 {
+fn volume(system: &InterpretedSystem, solution: &Solution, k: usize) -> f64 {
     value(system, solution, "V", k) * 1e3
 }
 

@@ -1,6 +1,6 @@
 //! Noise that is more than a number: estimates, standard errors and likelihoods against SciPy's.
 
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_identify::{
     EstimateError, Fit, Loss, Noise, OutputErrorProblem, Recording, TrialFailed, TrialFailure,
     WrongReading, fit, profile,
@@ -56,7 +56,7 @@ const TWO: [f64; 40] = [
     1.1554, 1.137, 1.032, 0.9279,
 ];
 
-fn decay(noise: &str) -> Interpreted {
+fn decay(noise: &str) -> InterpretedSystem {
     system(&format!(
         "model decay\n\
          parameter c0 [mol/m^3] = 4.5 in 0.1 .. 100\n\
@@ -67,7 +67,7 @@ fn decay(noise: &str) -> Interpreted {
     ))
 }
 
-fn recorded(system: &Interpreted, readings: &[(&str, &[f64])]) -> Recording {
+fn recorded(system: &InterpretedSystem, readings: &[(&str, &[f64])]) -> Recording {
     let times: Vec<f64> = (0..40).map(|k| 2.0 * f64::from(k)).collect();
     let of = |name: &str| readings.iter().find(|(of, _)| *of == name).map(|(_, all)| all.to_vec());
     let measured = system.signature().outputs.iter().map(|output| of(&output.name));
@@ -75,7 +75,7 @@ fn recorded(system: &Interpreted, readings: &[(&str, &[f64])]) -> Recording {
 }
 
 fn problem<'a>(
-    system: &'a Interpreted,
+    system: &'a InterpretedSystem,
     p: &'a [f64],
     recordings: &'a [Recording],
 ) -> OutputErrorProblem<'a> {
@@ -233,7 +233,7 @@ fn each_reading_has_its_own_deviation() {
 fn a_formula_that_is_a_number_weighs_as_the_number_does() {
     let number = decay("output c [mol/m^3]  noise 0.1");
     let formula = decay("output c [mol/m^3]  noise 0.1 [mol/m^3] + 0*abs(c)");
-    let fitted = |system: &Interpreted| {
+    let fitted = |system: &InterpretedSystem| {
         let (p, recordings) = (declared(system), [recorded(system, &[("c", &ONE)])]);
         let mut problem = problem(system, &p, &recordings);
         for noise in &mut problem.noise {

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Tuning, Walk};
-use dgd_runtime::{Column, Inputs, Interpolation, Options, System};
+use dgd_runtime::{InputColumn, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
 
 use crate::normal;
@@ -17,14 +17,16 @@ pub(crate) fn tight() -> Options {
 }
 
 /// A model, with sensitivities to the parameters and start values of these names.
-pub(crate) fn system(text: &str, free: &[&str]) -> Loaded {
+pub(crate) fn system(text: &str, free: &[&str]) -> LoadedSystem {
     let free = free.iter().map(|text| support::name(text)).collect();
     let directions = SensitivityDirections::Tracked { free, fixed: Vec::new() };
-    Loaded::new(compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions).program)
+    LoadedSystem::new(
+        compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions).program,
+    )
 }
 
 /// The model's own parameters.
-pub(crate) fn declared(system: &Loaded) -> Vec<f64> {
+pub(crate) fn declared(system: &LoadedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
@@ -79,6 +81,6 @@ pub(crate) fn recursive(forgetting_factor: f64) -> Estimator {
 /// The inputs of data with one, held between its rows.
 pub(crate) fn held_inputs(data: &Data) -> Inputs {
     let u: Vec<f64> = data.u.iter().map(|u| u[0]).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     Inputs::recorded(&data.t, &[column]).expect("inputs")
 }

@@ -1,6 +1,6 @@
 //! Filters against closed forms, against each other, and against the statistics that they promise.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::filter::{
     Alarm, Estimator, Filter, FilterError, FilterProblem, Level, LevelEstimate, PredictionError,
     PredictionErrorProblem, Row, Sample, Spread, prediction_error, prediction_error_profiles,
@@ -184,7 +184,7 @@ fn algebraic_unknowns_follow_the_states() {
     };
     let tuning = tuning(&[[0.5, 0.05]], &[[0.2, 0.01]], &[0.05]);
     for estimator in [Estimator::ExtendedKalman, Estimator::Unscented(Spread::default())] {
-        let of = |system: &Loaded| {
+        let of = |system: &LoadedSystem| {
             let p = declared(system);
             let problem =
                 FilterProblem { estimator, options: tight(), ..FilterProblem::new(system, &p) };
@@ -287,7 +287,7 @@ fn friction_that_doubles_in_an_hour_is_followed() {
     let w: Vec<f64> = (0..n).map(|k| 0.9 + 0.05 * f64::from((k / 90) % 3)).collect();
     let q: Vec<f64> = vec![0.02; n as usize];
     let zeros = vec![0.0; n as usize];
-    let column = |name, values| dgd_runtime::Column {
+    let column = |name, values| dgd_runtime::InputColumn {
         name,
         interpolation: dgd_runtime::Interpolation::Hold,
         values,
@@ -331,7 +331,7 @@ fn friction_that_doubles_in_an_hour_is_followed() {
 fn recorded(truths: &[Truth]) -> Vec<Recording> {
     let of = |truth: &Truth| {
         let u: Vec<f64> = truth.data.u.iter().map(|u| u[0]).collect();
-        let column = dgd_runtime::Column {
+        let column = dgd_runtime::InputColumn {
             name: "u",
             interpolation: dgd_runtime::Interpolation::Hold,
             values: &u,
@@ -618,7 +618,7 @@ fn hybrid_data() -> Data {
 /// Estimates are the run's, and their covariance is S P₀ Sᵀ with its sensitivities.
 #[track_caller]
 fn predicts_like(
-    system: &Loaded,
+    system: &LoadedSystem,
     data: &Data,
     solution: &dgd_runtime::Solution,
     states: &[f64],
@@ -806,7 +806,8 @@ output q [1] = z*x        noise 0.1 [1]
     let times = [0.0, 0.5, 1.7, 2.0, 4.1, 6.0, 8.0, 8.0, 8.9, 11.0, 12.5, 15.0, 15.0, 16.0, 19.0];
     let u: Vec<f64> = times.iter().enumerate().map(|(k, _)| [1.0, 0.3, 2.0][k / 7]).collect();
     let v: Vec<f64> = (0..times.len()).map(|k| (k as f64 * 1.3).sin()).collect();
-    let column = |name, values, interpolation| dgd_runtime::Column { name, interpolation, values };
+    let column =
+        |name, values, interpolation| dgd_runtime::InputColumn { name, interpolation, values };
     let columns = [
         column("u", &u[..], dgd_runtime::Interpolation::Hold),
         column("v", &v[..], dgd_runtime::Interpolation::Linear),

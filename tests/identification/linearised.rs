@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_identify::{
     EstimateError, Fit, Misfit, Noise, Nonlinear, OutputErrorProblem, Recording, Stepping,
     TrialFailed, TrialFailure, fit, nonlinear, outputs_with_sensitivities,
 };
 use dgd_runtime::linearize::{LinearAt, NotLinearised, SteadyStateError};
-use dgd_runtime::{Column, Direction, Inputs, Interpolation, Options, System};
+use dgd_runtime::{Direction, InputColumn, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
 
 use super::{HEATER, SIGMA, close, declared, heated, known, normal, system};
@@ -31,7 +31,7 @@ fn at_mean(recording: &Recording) -> LinearAt {
 /// The parts of a simulation that fits see, at p and start, against extrapolated differences of the outputs
 /// alone, relative to the largest of each column. Returns the largest difference.
 fn worst_derivative(
-    system: &Interpreted,
+    system: &InterpretedSystem,
     recording: &Recording,
     p: &[f64],
     start: &[(usize, f64)],
@@ -138,7 +138,7 @@ output depth [m] = delay(float + gain*0.1*level^2/(1 [m]), late)  noise 1e-3 [m]
 ";
 
 /// A recording of the tank around an inflow of 0.1 m³/s, without noise.
-fn tank(system: &Interpreted, p: &[f64], amplitude: f64) -> Recording {
+fn tank(system: &InterpretedSystem, p: &[f64], amplitude: f64) -> Recording {
     let times: Vec<f64> = (0..240).map(|k| 1.5 * f64::from(k)).collect();
     let inflow: Vec<f64> = times
         .iter()
@@ -146,8 +146,8 @@ fn tank(system: &Interpreted, p: &[f64], amplitude: f64) -> Recording {
         .collect();
     let pull: Vec<f64> = (0..240).map(|k| amplitude * [1.0, -1.0, 0.5, 0.0][k / 15 % 4]).collect();
     let columns = [
-        Column { name: "inflow", interpolation: Interpolation::Linear, values: &inflow },
-        Column { name: "pull", interpolation: Interpolation::Hold, values: &pull },
+        InputColumn { name: "inflow", interpolation: Interpolation::Linear, values: &inflow },
+        InputColumn { name: "pull", interpolation: Interpolation::Hold, values: &pull },
     ];
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let mut recording = Recording::new(times, inputs, vec![None, None]);
@@ -184,7 +184,7 @@ fn noisy(mut recording: Recording, seed: u64, size: f64) -> Recording {
     recording
 }
 
-fn fit_tank(system: &Interpreted, p: &[f64], recordings: &[Recording]) -> Fit {
+fn fit_tank(system: &InterpretedSystem, p: &[f64], recordings: &[Recording]) -> Fit {
     let noise = vec![Some(Noise::Known(1e-3)); 2];
     let found =
         fit(&OutputErrorProblem { noise, ..OutputErrorProblem::new(system, p, recordings) })
@@ -230,7 +230,7 @@ fn what_linearising_costs_goes_with_the_amplitude() {
 fn the_mud_circulation_is_found_close_to_its_operating_point() {
     let path = Path::new("models/mud_circulation.dgd");
     let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
-    let system = Interpreted::new(compiled_with(path, &[], &directions).program);
+    let system = InterpretedSystem::new(compiled_with(path, &[], &directions).program);
     let truth = declared(&system);
     let lpm = 1e-3 / 60.0;
     // Steps of the pump's speed by a hundredth, and slow changes of the boost.
@@ -240,9 +240,9 @@ fn the_mud_circulation_is_found_close_to_its_operating_point() {
     let boost: Vec<f64> = times.iter().map(|t| (1850.0 + 8.0 * (0.011 * t).sin()) * lpm).collect();
     let fill: Vec<f64> = (0..900).map(|k| (290.0 + [0.0, 4.0][k / 150 % 2]) * lpm).collect();
     let columns = [
-        Column { name: "w_ssp", interpolation: Interpolation::Hold, values: &speed },
-        Column { name: "q_boost", interpolation: Interpolation::Linear, values: &boost },
-        Column { name: "q_tf", interpolation: Interpolation::Hold, values: &fill },
+        InputColumn { name: "w_ssp", interpolation: Interpolation::Hold, values: &speed },
+        InputColumn { name: "q_boost", interpolation: Interpolation::Linear, values: &boost },
+        InputColumn { name: "q_tf", interpolation: Interpolation::Hold, values: &fill },
     ];
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let mut recording = Recording::new(times, inputs, vec![None; 4]);
@@ -297,11 +297,11 @@ equation pressure: lag*der(p) = f0 + f1*q + f2*q^2 - p
 output p [bar]  noise 0.01 [bar]
 ";
 
-fn pipe(system: &Interpreted, around: f64) -> Recording {
+fn pipe(system: &InterpretedSystem, around: f64) -> Recording {
     let times: Vec<f64> = (0..200).map(f64::from).collect();
     let q: Vec<f64> =
         (0..200).map(|k| around * (1.0 + [0.05, -0.05, 0.0, -0.1, 0.1][k / 20 % 5])).collect();
-    let column = Column { name: "q", interpolation: Interpolation::Hold, values: &q };
+    let column = InputColumn { name: "q", interpolation: Interpolation::Hold, values: &q };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     let mut recording = Recording::new(times, inputs, vec![None]);
     let p = declared(system);
@@ -351,7 +351,7 @@ fn refused(text: &str, at: &dyn Fn(&Recording) -> LinearAt) -> NotLinearised {
     let p = declared(&system);
     let times: Vec<f64> = (0..50).map(f64::from).collect();
     let u: Vec<f64> = times.iter().map(|t| 1.0 + 0.1 * (0.3 * t).sin()).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Linear, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Linear, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     let recordings = [Recording::new(times, inputs, vec![Some(u)])];
     let recordings = linearised(&recordings, at);
@@ -420,7 +420,7 @@ fn the_model_itself_says_how_far_its_linear_one_holds() {
     let p = declared(&valve);
     let times: Vec<f64> = (0..60).map(f64::from).collect();
     let u: Vec<f64> = (0..60).map(|k| if k < 50 { 1.0 } else { 4.0 }).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     let recording = Recording::new(times, inputs, vec![Some(u)]);
     let recordings = linearised(&[recording], |_| LinearAt::Rest(vec![1.0]));

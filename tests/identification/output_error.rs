@@ -20,14 +20,14 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::source::{SourceMap, SourceText};
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_identify::{
     Bound, EstimateError, Fit, Noise, NoiseCorrelation, OutputErrorProblem, PointEnd, Prior,
     Progress, Recording, Stepping, Termination, TrialFailure, Watch, bootstrap, counts_from,
     evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities, profile, profiles,
 };
 use dgd_runtime::{
-    Column, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
+    InputColumn, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
@@ -49,17 +49,17 @@ output z [1] = 3*x + u  noise 0.05 [1]
 const TRUTH: [f64; 3] = [0.5, 20.0, 2.0];
 const SIGMA: [f64; 2] = [0.02, 0.05];
 
-fn system(text: &str) -> Interpreted {
+fn system(text: &str) -> InterpretedSystem {
     let main = SourceText { name: "model".into(), text: text.into() };
     let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let options = ModelOptions::default();
     let read = &mut |_: &str| Err(String::new());
     let compiled = compile(main, &options, &directions, read, &mut sources, &mut diagnostics);
-    Interpreted::new(compiled.expect("the model is right").program)
+    InterpretedSystem::new(compiled.expect("the model is right").program)
 }
 
-fn declared(system: &Interpreted) -> Vec<f64> {
+fn declared(system: &InterpretedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
@@ -76,7 +76,7 @@ fn heated(seed: u64, x0: f64, sigma: [f64; 2]) -> Recording {
         z.push(3.0 * x + u + sigma[1] * normal(&mut random));
         x = gain * u + (x - gain * u) * (-1.0 / tau).exp();
     }
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     Recording::new(times, inputs, vec![Some(y), Some(z)])
 }
@@ -267,7 +267,7 @@ fn what_no_output_sees_is_named() {
     let p = declared(&system);
     let times: Vec<f64> = (0..20).map(f64::from).collect();
     let u = [1.0; 20];
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     // a b = 12: x = 12 (1 − exp(−t)).
     let y = times.iter().map(|t| 12.0 * (1.0 - (-t).exp())).collect();
@@ -299,7 +299,7 @@ fn heated_by_the_second(x0: f64) -> Recording {
         z.push(3.0 * x + u);
         x = gain * u + (x - gain * u) * (-1.0 / tau).exp();
     }
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     Recording::new(times, inputs, vec![Some(y), Some(z)])
 }

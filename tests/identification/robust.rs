@@ -5,7 +5,7 @@ use dgd_identify::{
     Recording, Starts, Termination, bootstrap, fit, fit_from, fit_from_drawn, profile,
     starting_points,
 };
-use dgd_runtime::{Column, Inputs, Interpolation};
+use dgd_runtime::{InputColumn, Inputs, Interpolation};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
@@ -83,10 +83,10 @@ fn published_robust_regressions_come_out() {
     let times: Vec<f64> = (0..21).map(f64::from).collect();
     let column = |j: usize| STACK.iter().map(|row| row[j]).collect::<Vec<f64>>();
     let inputs = [column(0), column(1), column(2)];
-    let columns: Vec<Column<'_>> = ["air", "water", "acid"]
+    let columns: Vec<InputColumn<'_>> = ["air", "water", "acid"]
         .iter()
         .zip(&inputs)
-        .map(|(name, values)| Column { name, interpolation: Interpolation::Hold, values })
+        .map(|(name, values)| InputColumn { name, interpolation: Interpolation::Hold, values })
         .collect();
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let recordings = [Recording::new(times, inputs, vec![Some(column(3))])];
@@ -229,7 +229,7 @@ fn waves() -> [Recording; 1] {
     let mut random = Pcg64::new(3, 0);
     let y = times.iter().map(|t| (5.7 * t).sin() + 0.05 * normal(&mut random)).collect();
     let z = times.iter().map(|t| 1.44 * t + 0.05 * normal(&mut random)).collect();
-    let column = Column { name: "s", interpolation: Interpolation::Linear, values: &times };
+    let column = InputColumn { name: "s", interpolation: Interpolation::Linear, values: &times };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     [Recording::new(times, inputs, vec![Some(y), Some(z)])]
 }

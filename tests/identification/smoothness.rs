@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::filter::{Level, PredictionErrorProblem, prediction_error};
 use dgd_identify::regression::{RegressionMethod, RegressionProblem, regress};
 use dgd_identify::{
@@ -12,7 +12,7 @@ use dgd_identify::{
     starting_points,
 };
 use dgd_runtime::signature::PriorDensity;
-use dgd_runtime::{Column, Direction, Inputs, Interpolation, Options, System};
+use dgd_runtime::{Direction, InputColumn, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
@@ -42,7 +42,7 @@ fn model(smooth: &str) -> String {
 
 /// A model, what it says of its parameters, and readings.
 struct Case {
-    system: Loaded,
+    system: LoadedSystem,
     priors: Vec<Prior>,
     p: Vec<f64>,
     x: Vec<f64>,
@@ -62,7 +62,7 @@ impl Case {
     fn new(text: &str, last: f64) -> Self {
         let (x, y) = readings(last);
         let times: Vec<f64> = (0..x.len()).map(|k| k as f64).collect();
-        let column = Column { name: "x", interpolation: Interpolation::Linear, values: &x };
+        let column = InputColumn { name: "x", interpolation: Interpolation::Linear, values: &x };
         let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
         let recordings = [Recording::new(times, inputs, vec![Some(y)])];
         Self::of(text, x, recordings)
@@ -78,7 +78,7 @@ impl Case {
         };
         let priors = compiled.dae.smoothness.iter().map(prior).collect();
         let p = compiled.dae.parameters.iter().map(|parameter| parameter.value).collect();
-        Self { system: Loaded::new(compiled.program), priors, p, x, recordings }
+        Self { system: LoadedSystem::new(compiled.program), priors, p, x, recordings }
     }
 
     fn problem(&self) -> OutputErrorProblem<'_> {

@@ -6,12 +6,14 @@ mod drilling_rig;
 use std::path::Path;
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::{
     Bootstrap, Bound, End, Fit, Noise, OutputErrorProblem, Prior, Recording, THRESHOLD, bootstrap,
     evaluate, fit, information, profile, profiles,
 };
-use dgd_runtime::{Column, Inputs, Interpolation, Options, Problem, System, observe, simulate};
+use dgd_runtime::{
+    InputColumn, Inputs, Interpolation, Options, Problem, System, observe, simulate,
+};
 use drilling_rig::plant::{LPM, Plant};
 use drilling_rig::recording::Row;
 use drilling_rig::{Scenario, record};
@@ -38,13 +40,13 @@ const TRUTH: [f64; 3] = [0.5, 20.0, 2.0];
 const SIGMA: f64 = 0.2;
 const SEEDS: u64 = 60;
 
-fn system(text: &str) -> Loaded {
+fn system(text: &str) -> LoadedSystem {
     let directions = SensitivityDirections::Estimated { free: Vec::new(), fixed: Vec::new() };
     let compiled = compiled_text(Path::new("m.dgd"), text.to_owned(), (&[], &[]), &directions);
-    Loaded::new(compiled.program)
+    LoadedSystem::new(compiled.program)
 }
 
-fn declared(system: &Loaded) -> Vec<f64> {
+fn declared(system: &LoadedSystem) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
 }
 
@@ -62,7 +64,7 @@ fn heated(seed: u64, n: u32, a: f64) -> Recording {
         noise = a * noise + (1.0 - a * a).sqrt() * SIGMA * normal(&mut random);
         x = gain * u + (x - gain * u) * (-1.0 / tau).exp();
     }
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     Recording::new(times, inputs, vec![Some(y)])
 }
@@ -116,17 +118,17 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
 }
 
 /// A file of the rig's recordings, with the model's outputs in SI.
-fn of_the_rig(system: &Loaded, rows: &[Row]) -> Recording {
+fn of_the_rig(system: &LoadedSystem, rows: &[Row]) -> Recording {
     let column = |of: fn(&Row) -> f64| -> Vec<f64> { rows.iter().map(of).collect() };
     let times = column(|row| row.time);
     let values =
         [column(|r| r.w_ssp / 100.0), column(|r| r.q_boost * LPM), column(|r| r.q_tf * LPM)];
-    let columns: Vec<Column<'_>> = system
+    let columns: Vec<InputColumn<'_>> = system
         .signature()
         .inputs
         .iter()
         .zip(&values)
-        .map(|(of, values)| Column { name: &of.name, interpolation: of.interpolation, values })
+        .map(|(of, values)| InputColumn { name: &of.name, interpolation: of.interpolation, values })
         .collect();
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     // p_out and p_in are gauge in the model as well.
@@ -140,24 +142,28 @@ fn of_the_rig(system: &Loaded, rows: &[Row]) -> Recording {
 }
 
 /// The same with the start that its first row shows, as `dgd fit` begins.
-fn started(system: &Loaded, p: &[f64], recording: Recording) -> Recording {
+fn started(system: &LoadedSystem, p: &[f64], recording: Recording) -> Recording {
     let first: Vec<f64> = recording.measured.iter().flatten().map(|w| w[0]).collect();
     let start = examined::start(system, p, &recording.inputs, &first);
     Recording { start, ..recording }
 }
 
-fn circulation() -> Loaded {
+fn circulation() -> LoadedSystem {
     let path = support::root().join("models/mud_circulation.dgd");
     system(&std::fs::read_to_string(path).expect("a model file"))
 }
 
-fn named(system: &Loaded, name: &str) -> usize {
+fn named(system: &LoadedSystem, name: &str) -> usize {
     let parameters = &system.signature().parameters;
     parameters.iter().position(|parameter| parameter.name == name).expect("a parameter")
 }
 
 /// Runs the repeats on all cores, in the order of their seeds.
-fn repeated<T: Send>(system: &Loaded, n: u64, one: impl Fn(&Loaded, u64) -> T + Sync) -> Vec<T> {
+fn repeated<T: Send>(
+    system: &LoadedSystem,
+    n: u64,
+    one: impl Fn(&LoadedSystem, u64) -> T + Sync,
+) -> Vec<T> {
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get) as u64;
     std::thread::scope(|scope| {
         let parts: Vec<_> = (0..threads)
@@ -366,7 +372,7 @@ fn rows(seed: u64) -> Recording {
     let u: Vec<f64> = (0..40).map(|k| f64::from(k % 8)).collect();
     let mut random = Pcg64::new(u128::from(seed), 3);
     let y = u.iter().map(|u| 1.0 + 2.0 * u + 0.1 * normal(&mut random)).collect();
-    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &u };
+    let column = InputColumn { name: "u", interpolation: Interpolation::Hold, values: &u };
     let inputs = Inputs::recorded(&times, &[column]).expect("inputs");
     Recording::new(times, inputs, vec![Some(y)])
 }

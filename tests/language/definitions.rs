@@ -8,7 +8,7 @@ use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::{layout, parse, parse_setting};
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::name;
@@ -50,7 +50,7 @@ fn compiled(files: Files<'_>) -> CompiledStages {
 
 /// The outputs at the start.
 fn outputs(compiled: CompiledStages) -> Vec<f64> {
-    let system = Interpreted::new(compiled.program);
+    let system = InterpretedSystem::new(compiled.program);
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let inputs = Inputs::none();
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
@@ -179,9 +179,9 @@ output rate [m/s] = -drop(h)/1 [m*s]
         &mut diagnostics,
     )
     .expect("sound");
-    let system = Interpreted::new(compiled.program);
+    let system = InterpretedSystem::new(compiled.program);
     let (p, y) = ([3.0, 1.0], [2.0]);
-    let at = dgd_runtime::Point { t: 0.0, y: &y, u: &[], p: &p, z: &[] };
+    let at = dgd_runtime::EvaluationPoint { t: 0.0, y: &y, u: &[], p: &p, z: &[] };
     let (mut f, mut w) = ([0.0], [0.0]);
     system.rhs(at, &mut f);
     system.outputs(at, &mut w);

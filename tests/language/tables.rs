@@ -9,7 +9,7 @@ use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::edit::with_values;
 use dgd_compiler::syntax::{parse, places, print};
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 use dgd_runtime::{Inputs, Options, Problem, observe, simulate};
 
 /// Compiles a model in `models/m.dgd` with these other files.
@@ -30,7 +30,7 @@ fn compiled(text: &str, files: &[(&str, &str)]) -> Result<CompiledStages, String
 
 /// Outputs of a model without unknowns of interest, at these times.
 fn outputs(compiled: CompiledStages, times: &[f64]) -> Vec<Vec<f64>> {
-    let system = Interpreted::new(compiled.program);
+    let system = InterpretedSystem::new(compiled.program);
     let inputs = Inputs::none();
     let problem = Problem { system: &system, p: &[], inputs: &inputs, start: &[] };
     let solution = simulate(&problem, times, &Options::default()).expect("a run");

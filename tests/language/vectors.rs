@@ -8,7 +8,7 @@ use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse_setting;
-use dgd_runtime::{Point, System};
+use dgd_runtime::{EvaluationPoint, System};
 
 use crate::arrays::{assert_the_same, compiled, interpreted};
 
@@ -195,12 +195,12 @@ fn set(settings: &[&str]) -> Result<(Vec<f64>, Vec<f64>), String> {
     let directions = SensitivityDirections::None;
     let compiled = compile(main, &options, &directions, none, &mut sources, &mut diagnostics)
         .map_err(|_| diagnostics.sorted()[0].message.clone())?;
-    let system = dgd_execute::Interpreted::new(compiled.program);
+    let system = dgd_execute::InterpretedSystem::new(compiled.program);
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|p| p.value).collect();
     let u = vec![1.0; signature.n_u()];
     let mut y = vec![0.0; signature.unknowns.len()];
-    system.start(Point { t: 0.0, y: &[], u: &u, p: &p, z: &[] }, &mut y);
+    system.start(EvaluationPoint { t: 0.0, y: &[], u: &u, p: &p, z: &[] }, &mut y);
     Ok((p, y))
 }
 

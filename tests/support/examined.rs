@@ -11,10 +11,10 @@ use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_discover::{BaseModel, Discovery, Request, Scales, discover, templates};
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::journal::Forgetful;
 use dgd_identify::{Recording, Unwatched};
-use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System, start_from_outputs};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System, start_from_outputs};
 
 /// Texts of a model and of effects, each with the name of its file.
 #[derive(Debug, Clone)]
@@ -141,8 +141,8 @@ impl Texts {
 }
 
 impl Examined {
-    pub(crate) fn system(&self) -> Loaded {
-        Loaded::new(self.compiled.program.clone())
+    pub(crate) fn system(&self) -> LoadedSystem {
+        LoadedSystem::new(self.compiled.program.clone())
     }
 
     /// A recording in SI, its start as its first row shows it.
@@ -169,11 +169,11 @@ impl Examined {
             .iter()
             .map(|input| in_si(&input.name, input.unit.factor, input.unit.offset))
             .collect();
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .zip(&inputs)
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values,
@@ -242,7 +242,7 @@ pub(crate) fn declared(signature: &Signature) -> Vec<f64> {
 
 /// Start values from the outputs at the first time.
 pub(crate) fn start(
-    system: &Loaded,
+    system: &LoadedSystem,
     p: &[f64],
     inputs: &Inputs,
     first: &[f64],

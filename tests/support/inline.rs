@@ -6,11 +6,11 @@ use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
 use dgd_compiler::source::{SourceMap, SourceText};
-use dgd_execute::Interpreted;
+use dgd_execute::InterpretedSystem;
 
 /// A model as a system, with sensitivities to all of its parameters.
-pub(crate) fn system(text: &str) -> Interpreted {
-    Interpreted::new(compiled(text).program)
+pub(crate) fn system(text: &str) -> InterpretedSystem {
+    InterpretedSystem::new(compiled(text).program)
 }
 
 /// A model, with sensitivities to all of its parameters.

@@ -13,7 +13,7 @@ use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile};
 use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse_setting;
-use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_execute::{Engine, InterpretedSystem, LoadedSystem};
 use dgd_runtime::{DelayedInput, Input, Interpolation, Signature};
 
 #[allow(unused_imports, reason = "no test binary uses all of it")]
@@ -91,13 +91,14 @@ pub(crate) fn compiled_text(
 }
 
 /// A model of the repository, interpreted.
-pub(crate) fn interpreted(path: &str, variants: &[(&str, &str)]) -> Interpreted {
-    Interpreted::new(compiled(Path::new(path), variants).program)
+pub(crate) fn interpreted(path: &str, variants: &[(&str, &str)]) -> InterpretedSystem {
+    InterpretedSystem::new(compiled(Path::new(path), variants).program)
 }
 
 /// A model of the repository as machine code made at run time.
-pub(crate) fn native(path: &str, variants: &[(&str, &str)]) -> Loaded {
-    let loaded = Loaded::with_engine(compiled(Path::new(path), variants).program, Engine::Native);
+pub(crate) fn native(path: &str, variants: &[(&str, &str)]) -> LoadedSystem {
+    let loaded =
+        LoadedSystem::with_engine(compiled(Path::new(path), variants).program, Engine::Native);
     loaded.compile().expect("tests run where native code can be had");
     loaded
 }

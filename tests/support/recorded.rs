@@ -8,7 +8,7 @@ use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::source::SourceMap;
 use dgd_data::{read, select};
 use dgd_identify::Recording;
-use dgd_runtime::{Column, Inputs, Interpolation};
+use dgd_runtime::{InputColumn, Inputs, Interpolation};
 
 fn of(d: &DeclarationHeader) -> select::Declared<'_> {
     select::Declared { name: &d.name, unit: &d.unit, place: None }
@@ -27,12 +27,12 @@ pub(crate) fn recorded(compiled: &CompiledStages, path: &Path) -> Recording {
     };
     let rows = || (0..table.len()).map(|row| row as f64).collect();
     let times: Vec<f64> = table.time.clone().unwrap_or_else(rows);
-    let columns: Vec<Column<'_>> = compiled
+    let columns: Vec<InputColumn<'_>> = compiled
         .dae
         .inputs
         .iter()
         .zip(&values)
-        .map(|(input, values)| Column {
+        .map(|(input, values)| InputColumn {
             name: &input.declared.name,
             interpolation: match input.interpolation {
                 model::Interpolation::Hold => Interpolation::Hold,

@@ -8,8 +8,8 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{SensitivityDirections, compile_asts, load};
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
-use dgd_execute::{Engine, Loaded};
-use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
+use dgd_execute::{Engine, LoadedSystem};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::{compiled_text, name, root};
 
@@ -23,7 +23,7 @@ const F_B: f64 = 6e7;
 const TAU_LINE: f64 = A_B * F_B / RHO_G;
 
 /// A model of the repository, some choices of its variants, and effects that are applied to it.
-fn system(model: &str, variants: &[(&str, &str)], effects: &[&str]) -> Loaded {
+fn system(model: &str, variants: &[(&str, &str)], effects: &[&str]) -> LoadedSystem {
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let models = root().join("models");
     let source = |path: &str| {
@@ -56,7 +56,7 @@ fn system(model: &str, variants: &[(&str, &str)], effects: &[&str]) -> Loaded {
     let compiled = compiled.unwrap_or_else(|_| {
         panic!("{}", render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain))
     });
-    Loaded::with_engine(compiled.program, Engine::Native)
+    LoadedSystem::with_engine(compiled.program, Engine::Native)
 }
 
 /// Columns over time, in SI.
@@ -126,12 +126,12 @@ impl Recording {
 
     /// Runs a system on the recording's inputs; parameters and start values that are not declared
     /// ones are given by name, in SI. What is computed has the names of unknowns and outputs.
-    fn run(&self, system: &Loaded, settings: &[(&str, f64)], options: &Options) -> Recording {
+    fn run(&self, system: &LoadedSystem, settings: &[(&str, f64)], options: &Options) -> Recording {
         let signature = system.signature();
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
-            .map(|input| Column {
+            .map(|input| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values: self.column(&input.name),
@@ -447,7 +447,7 @@ fn line_alone(h_r: f64, top: &str, more: &[(&str, f64)]) -> Recording {
     let text = std::fs::read_to_string(&path).expect("a file of the repository");
     let chosen = (&[("top", top)][..], &["d_r=1e6"][..]);
     let compiled = compiled_text(&path, text, chosen, &SensitivityDirections::None);
-    let system = Loaded::with_engine(compiled.program, Engine::Native);
+    let system = LoadedSystem::with_engine(compiled.program, Engine::Native);
     let settings = [more, &[("h_r", h_r)]].concat();
     Recording::of(1600, &inputs).run(&system, &settings, &tolerance(1e-8))
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use dgd_compiler::source::SourceMap;
 use dgd_identify::{Of, Progress, Watch};
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 use dgd_work::{Listener, Remark, Session, WorkError};
 
 use crate::console::Console;
@@ -48,7 +48,7 @@ pub(crate) enum Interrupt {
 }
 
 /// Cancel flag of the runs of this process, which executes a single command line.
-static RUNS: Watched = Watched::new();
+static RUNS: RunMonitor = RunMonitor::new();
 
 #[derive(Debug)]
 struct Shared {
@@ -89,7 +89,7 @@ impl Watch for ProgressDisplay<'_> {
         RUNS.is_stopped()
     }
 
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         Some(&RUNS)
     }
 }

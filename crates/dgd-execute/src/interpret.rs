@@ -11,17 +11,17 @@ use dgd_compiler::program::{
     StridedPosition, TaylorSeries,
 };
 use dgd_runtime::linalg::AutoLu;
-use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
+use dgd_runtime::{EvaluationPoint, Failure, Options, Problem, Solution, WantedResults};
 
 use crate::fixed;
-use crate::system::{Executed, Perform};
-use crate::taylor::{Expansion, expand};
+use crate::system::{FunctionExecutor, ProgramSystem};
+use crate::taylor::{SeriesComputation, expand};
 
 /// A program as a system, executed operation by operation.
 ///
 /// Results equal those of the generated Rust bit for bit. Cloning shares the program; each clone has its own work space
 /// and serves one thread.
-pub type Interpreted = Executed<Interpreter>;
+pub type InterpretedSystem = ProgramSystem<Interpreter>;
 
 /// Executes a program's operations one after another.
 #[derive(Debug, Clone)]
@@ -33,10 +33,10 @@ pub struct Interpreter {
     coefficients: RefCell<Vec<f64>>,
 }
 
-impl Interpreted {
+impl InterpretedSystem {
     /// Makes a system of a program.
     pub fn new(program: Program) -> Self {
-        Executed(Interpreter::new(program))
+        ProgramSystem(Interpreter::new(program))
     }
 }
 
@@ -67,9 +67,9 @@ impl Interpreter {
     /// Expands a solution into its series.
     pub(crate) fn expand(
         &self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         of: impl Fn(&TaylorSeries) -> &SharedSeries,
-        mut expansion: Expansion<'_>,
+        mut expansion: SeriesComputation<'_>,
     ) {
         let Ok(taylor) = &self.program.taylor else {
             unreachable!("nobody asks for series that there are not")
@@ -77,15 +77,15 @@ impl Interpreter {
         let series = of(taylor);
         let len = series.body.len();
         let mut registers = self.registers.borrow_mut();
-        let read = Read { at, udot: expansion.udot, s: &[] };
-        evaluate(&series.body, 0, Passage::default(), &read, &mut registers);
+        let read = OperationData { at, udot: expansion.udot, s: &[] };
+        evaluate(&series.body, 0, LoopPassage::default(), &read, &mut registers);
         expansion.y[..at.y.len()].copy_from_slice(at.y);
         let mut now = self.coefficients.borrow_mut();
         expand(&self.program, series, &registers[..len], &mut now, &mut expansion);
     }
 }
 
-impl Perform for Interpreter {
+impl FunctionExecutor for Interpreter {
     type Vector = Vec<f64>;
     type Sensitivity = Vec<f64>;
     type Inputs = Vec<f64>;
@@ -102,10 +102,10 @@ impl Perform for Interpreter {
     }
 
     fn integrate(
-        problem: &Problem<'_, Interpreted>,
+        problem: &Problem<'_, InterpretedSystem>,
         times: &[f64],
         options: &Options,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, Failure> {
         fixed::run_interpreted(problem, times, options, wanted)
     }
@@ -113,15 +113,15 @@ impl Perform for Interpreter {
     fn perform(
         &self,
         kind: FunctionKind,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         udot: &[f64],
         s: &[f64],
         results: &mut [&mut [f64]],
     ) {
         let function = self.program.function(kind);
         let mut registers = self.registers.borrow_mut();
-        let read = Read { at, udot, s };
-        evaluate(&function.body, 0, Passage::default(), &read, &mut registers);
+        let read = OperationData { at, udot, s };
+        evaluate(&function.body, 0, LoopPassage::default(), &read, &mut registers);
         let places = function.results.iter().zip(&function.places).zip(&function.lengths);
         for (((values, places), length), result) in places.zip(results.iter_mut()) {
             assert_eq!(*length, result.len(), "length of a result of {kind:?}");
@@ -142,10 +142,10 @@ impl Perform for Interpreter {
             let head = function.body.len();
             let body = head + part.head.len();
             for round in 0..part.rounds as usize {
-                let begin = Passage { round, k: 0 };
+                let begin = LoopPassage { round, k: 0 };
                 evaluate(&part.head, head, begin, &read, &mut registers);
                 for k in 0..part.count as usize {
-                    let passage = Passage { round, k };
+                    let passage = LoopPassage { round, k };
                     evaluate(&part.body, body, passage, &read, &mut registers);
                     for store in &part.stores {
                         let place = moved(store.first, store.by_round, round) + k;
@@ -158,13 +158,13 @@ impl Perform for Interpreter {
 }
 
 /// The data that operations read.
-struct Read<'a> {
-    at: Point<'a>,
+struct OperationData<'a> {
+    at: EvaluationPoint<'a>,
     udot: &'a [f64],
     s: &'a [f64],
 }
 
-impl Read<'_> {
+impl OperationData<'_> {
     fn array(&self, argument: FunctionArgument) -> &[f64] {
         match argument {
             FunctionArgument::Y => self.at.y,
@@ -179,7 +179,7 @@ impl Read<'_> {
 
 /// A passage of a loop, the k-th of its round.
 #[derive(Clone, Copy, Default)]
-struct Passage {
+struct LoopPassage {
     round: usize,
     k: usize,
 }
@@ -193,11 +193,11 @@ fn moved(first: usize, by_round: isize, round: usize) -> usize {
 fn evaluate(
     body: &[ProgramOperation],
     begin: usize,
-    passage: Passage,
-    read: &Read<'_>,
+    passage: LoopPassage,
+    read: &OperationData<'_>,
     registers: &mut [f64],
 ) {
-    let Passage { round, k } = passage;
+    let LoopPassage { round, k } = passage;
     let place =
         |StridedPosition { first, by_round }| moved(first as usize, by_round as isize, round);
     let truth = |condition: bool| f64::from(u8::from(condition));

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 
 /// Receives progress of a long computation, and can cancel it.
 ///
@@ -16,7 +16,7 @@ pub trait Watch: fmt::Debug + Sync {
 
     /// A flag that runs check before each step, if cancellation is possible there; it is set if and only if
     /// [`Watch::is_stopped`].
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         None
     }
 }

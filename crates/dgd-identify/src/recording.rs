@@ -2,7 +2,7 @@
 
 use dgd_runtime::for_identify::can_stream;
 use dgd_runtime::linearize::LinearAt;
-use dgd_runtime::model::{Model, Samples, observe, stream};
+use dgd_runtime::model::{Model, SampleReceiver, observe, stream};
 use dgd_runtime::signature::Distribution;
 use dgd_runtime::{Inputs, Observations, Options, Problem, simulate, simulate_with_sensitivities};
 
@@ -456,7 +456,7 @@ impl<'a> Adding<'a> {
     }
 }
 
-impl Samples for Adding<'_> {
+impl SampleReceiver for Adding<'_> {
     #[inline]
     fn wants(&mut self, k: usize) -> bool {
         let counts = |samples: &&[f64]| samples.get(k).is_some_and(|value| value.is_finite());

@@ -11,7 +11,7 @@
 
 use dgd_runtime::for_identify::{parameter_size, start_values, unknown_sizes};
 use dgd_runtime::model::Model;
-use dgd_runtime::{Direction, InitialError, Point, Problem, Side, discrete_numbers};
+use dgd_runtime::{Direction, EvaluationPoint, InitialError, LimitSide, Problem, discrete_numbers};
 use dgd_runtime::{IntegrateError, Signature};
 
 use crate::error::{EstimateError, TrialFailed, TrialFailure};
@@ -250,11 +250,11 @@ pub(crate) fn first_start(
     let mut y = vec![0.0; system.signature().unknowns.len()];
     let Some(&t) = recording.times.first() else { return Ok(y) };
     let mut u = vec![0.0; recording.inputs.len()];
-    recording.inputs.value(t, Side::Right, u.as_mut());
+    recording.inputs.value(t, LimitSide::Right, u.as_mut());
     let problem =
         Problem { system: &system, p, inputs: &recording.inputs, start: &recording.start };
     let z = discrete_numbers(&system, p, t);
-    let point = Point { t, y: &[], u: u.as_ref(), p, z: &z };
+    let point = EvaluationPoint { t, y: &[], u: u.as_ref(), p, z: &z };
     start_values(&problem, point, &mut y).map_err(failed)?;
     Ok(y)
 }

@@ -3,17 +3,17 @@
 use std::sync::{Mutex, PoisonError};
 
 use dgd_identify::{Of, Progress, Watch};
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 use dgd_work::{Listener, Remark};
 use pyo3::prelude::*;
 
 /// Flags that no call uses any more and that were never set: each lives as long as the program.
-static UNUSED: Mutex<Vec<&'static Watched>> = Mutex::new(Vec::new());
+static UNUSED: Mutex<Vec<&'static RunMonitor>> = Mutex::new(Vec::new());
 
 /// Observes work, and can cancel it.
 #[derive(Debug)]
 pub(crate) struct Observer {
-    watched: &'static Watched,
+    watched: &'static RunMonitor,
     remarks: Mutex<Vec<String>>,
     progress: Mutex<Option<Progress>>,
     /// Callback with `what`, `done`, `all` and whether `all` is an upper limit.
@@ -60,7 +60,7 @@ impl Watch for Observer {
         self.watched.is_stopped()
     }
 
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         Some(self.watched)
     }
 }

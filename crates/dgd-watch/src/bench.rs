@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use dgd_data::FileSystem;
 use dgd_data::open::read_text;
 use dgd_identify::{Progress, Watch};
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 use dgd_runtime::signature::number::with_unit;
 use dgd_work::check::Description;
 use dgd_work::{
@@ -323,7 +323,7 @@ impl Watch for Ear {
         self.stop.is_asked()
     }
 
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         Some(self.stop.watched())
     }
 }

@@ -1,11 +1,11 @@
 //! Stops a run whose result is no longer needed.
 
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 
 /// Stops the work of a [`Bench`](crate::Bench), from any thread, before its next step.
 #[derive(Debug, Clone, Copy)]
 pub struct Stop {
-    watched: &'static Watched,
+    watched: &'static RunMonitor,
 }
 
 impl Default for Stop {
@@ -32,7 +32,7 @@ impl Stop {
     }
 
     /// The state that runs check.
-    pub(crate) fn watched(self) -> &'static Watched {
+    pub(crate) fn watched(self) -> &'static RunMonitor {
         self.watched
     }
 }

@@ -420,13 +420,13 @@ fn a_program_is_compiled_once_for_all_threads() {
             .map(|k| {
                 let program = program.clone();
                 scope.spawn(move || {
-                    let loaded = dgd_execute::Loaded::new(program);
+                    let loaded = dgd_execute::LoadedSystem::new(program);
                     let p: Vec<f64> = {
                         use dgd_runtime::System;
                         loaded.signature().parameters.iter().map(|p| p.value).collect()
                     };
                     let mut rate = [0.0];
-                    let point = dgd_runtime::Point {
+                    let point = dgd_runtime::EvaluationPoint {
                         t: 0.0,
                         y: &[1.0],
                         u: &[0.001 * f64::from(k)],

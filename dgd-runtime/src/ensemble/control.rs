@@ -6,7 +6,7 @@
 
 use super::lanes::Lanes;
 use super::power::power;
-use crate::integrate::controller::{self, Law};
+use crate::integrate::controller::{self, ControlLaw};
 
 /// A remainder of up to this many natural steps is taken in one step.
 const WHOLE: f64 = 1.01;
@@ -15,7 +15,7 @@ const ABANDONED: f64 = 0.25;
 
 /// Control of the step sizes.
 #[derive(Debug, Clone)]
-pub(super) struct Control {
+pub(super) struct StepControl {
     /// The natural step sizes.
     pub(super) h: Lanes,
     /// 1/k.
@@ -32,11 +32,11 @@ pub(super) struct Control {
     rejected: Lanes,
 }
 
-impl Control {
-    pub(super) fn new(estimate_order: u32, law: Law) -> Self {
+impl StepControl {
+    pub(super) fn new(estimate_order: u32, law: ControlLaw) -> Self {
         let beta = match law {
-            Law::ProportionalIntegral { beta } => beta,
-            Law::Predictive | Law::Piecewise => 0.0,
+            ControlLaw::ProportionalIntegral { beta } => beta,
+            ControlLaw::Predictive | ControlLaw::Piecewise => 0.0,
         };
         Self {
             h: Lanes::ZERO,

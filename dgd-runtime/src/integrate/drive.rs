@@ -2,20 +2,20 @@
 
 use crate::algebraic::InputsAt;
 use crate::integrate::enclosure::{Interval, Tube};
-use crate::integrate::late::history::{Discontinuity, History, Past};
+use crate::integrate::late::history::{DelayHistory, Discontinuity, PastSolution};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Storage;
 
 /// Inputs at one time, where those that act late may depend on the unknowns.
-pub(crate) struct Here<'d, 'a, S: Solved> {
-    pub(crate) drive: &'d mut Drive<'a, S>,
+pub(crate) struct InstantInputs<'d, 'a, S: SolvableSystem> {
+    pub(crate) drive: &'d mut InputCursor<'a, S>,
     pub(crate) t: f64,
 }
 
-impl<S: Solved> InputsAt for Here<'_, '_, S> {
+impl<S: SolvableSystem> InputsAt for InstantInputs<'_, '_, S> {
     #[inline]
     fn at(&mut self, y: &[f64]) -> &[f64] {
         self.drive.at(self.t, y)
@@ -23,7 +23,7 @@ impl<S: Solved> InputsAt for Here<'_, '_, S> {
 }
 
 /// Inputs along the current segment.
-pub(crate) struct Drive<'a, S: Solved> {
+pub(crate) struct InputCursor<'a, S: SolvableSystem> {
     problem: &'a Problem<'a, S>,
     /// The segment: its start, u there, and u̇.
     t0: f64,
@@ -33,10 +33,10 @@ pub(crate) struct Drive<'a, S: Solved> {
     /// u at the time of the last call.
     now: S::Inputs,
     /// The past of delayed unknowns, which follows the inputs; `None` if there are none.
-    pub(super) history: Option<Box<History>>,
+    pub(super) history: Option<Box<DelayHistory>>,
 }
 
-impl<'a, S: Solved> Drive<'a, S> {
+impl<'a, S: SolvableSystem> InputCursor<'a, S> {
     /// The inputs of a run that starts at `from`, with n_s directions.
     pub(crate) fn new(
         problem: &'a Problem<'a, S>,
@@ -54,7 +54,7 @@ impl<'a, S: Solved> Drive<'a, S> {
             is_constant: true,
             now: zeros(),
             history: if S::FEATURES.past {
-                History::new(problem, from, n_s, tolerances)
+                DelayHistory::new(problem, from, n_s, tolerances)
             } else {
                 None
             },
@@ -114,7 +114,7 @@ impl<'a, S: Solved> Drive<'a, S> {
     }
 
     /// Continues from a past that is known until `t`.
-    pub(super) fn resume_history(&mut self, past: &Past, t: f64) {
+    pub(super) fn resume_history(&mut self, past: &PastSolution, t: f64) {
         if let Some(history) = &mut self.history {
             history.resume(past, t);
         }

@@ -237,7 +237,7 @@ mod tests {
             let pattern = Pattern::of(&places);
             let right: Vec<f64> = (0..n).map(|i| 1.0 + i as f64).collect();
             let mut of_band = right.clone();
-            let mut lu = TridiagonalLu::new(n, &pattern, order::Order::Natural);
+            let mut lu = TridiagonalLu::new(n, &pattern, order::UnknownOrder::Natural);
             lu.factorise(0.3, |_| true, &pattern, &values, None).unwrap();
             lu.solve(&mut of_band);
             let mut full = DenseLu::new(n, &pattern);

@@ -34,7 +34,7 @@ pub struct Response {
 
 /// A response, and its derivatives in some directions of A.
 #[derive(Debug, Clone)]
-pub struct Differentiated {
+pub struct DifferentiatedResponse {
     pub value: Response,
     pub slopes: Vec<Response>,
 }
@@ -45,7 +45,7 @@ pub struct Responses<'a> {
     directions: Vec<&'a DMatrix<f64>>,
     /// The norm of A with states in units of their sizes, 1/s.
     norm: f64,
-    known: Vec<(f64, Differentiated)>,
+    known: Vec<(f64, DifferentiatedResponse)>,
 }
 
 impl<'a> Responses<'a> {
@@ -70,7 +70,7 @@ impl<'a> Responses<'a> {
     }
 
     /// The response after a time h; `rounding` is that of the times whose difference h is.
-    pub fn of(&mut self, h: f64, rounding: f64) -> &Differentiated {
+    pub fn of(&mut self, h: f64, rounding: f64) -> &DifferentiatedResponse {
         let known = self.known.iter().position(|(known, _)| (known - h).abs() <= rounding);
         if known.is_none() {
             let computed = self.computed(h);
@@ -79,7 +79,7 @@ impl<'a> Responses<'a> {
         &self.known[known.unwrap_or(self.known.len() - 1)].1
     }
 
-    fn computed(&self, h: f64) -> Differentiated {
+    fn computed(&self, h: f64) -> DifferentiatedResponse {
         let mut doublings = 0;
         let mut part = h;
         // A NaN norm ends the loop, and the result is NaN.
@@ -95,7 +95,7 @@ impl<'a> Responses<'a> {
         response
     }
 
-    fn series(&self, h: f64) -> Differentiated {
+    fn series(&self, h: f64) -> DifferentiatedResponse {
         let n = self.a.nrows();
         let identity = DMatrix::identity(n, n);
         // Γ₁ = h² Σ Nᵏ/(k+2)!, N = Ah, by Horner's rule.
@@ -121,12 +121,12 @@ impl<'a> Responses<'a> {
             Response { phi: of_phi, gamma_0: of_0, gamma_1: of_1 }
         });
         let slopes = slopes.collect();
-        Differentiated { value: Response { phi, gamma_0, gamma_1 }, slopes }
+        DifferentiatedResponse { value: Response { phi, gamma_0, gamma_1 }, slopes }
     }
 }
 
 /// The response of twice the time.
-fn doubled(response: &Differentiated, h: f64) -> Differentiated {
+fn doubled(response: &DifferentiatedResponse, h: f64) -> DifferentiatedResponse {
     let Response { phi, gamma_0, gamma_1 } = &response.value;
     let slopes = response.slopes.iter().map(|slope| Response {
         phi: &slope.phi * phi + phi * &slope.phi,
@@ -139,7 +139,7 @@ fn doubled(response: &Differentiated, h: f64) -> Differentiated {
         gamma_0: phi * gamma_0 + gamma_0,
         gamma_1: phi * gamma_1 + gamma_0 * h + gamma_1,
     };
-    Differentiated { value, slopes }
+    DifferentiatedResponse { value, slopes }
 }
 
 #[cfg(test)]

@@ -45,26 +45,26 @@ pub use nalgebra::DMatrix;
 
 use crate::observe::delay::delays;
 use crate::problem::Problem;
-use crate::solved::Solved;
-use crate::system::{Pattern, Point, Storage};
-pub use conserved::Conserved;
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Pattern, Storage};
+pub use conserved::ConservedCombination;
 pub use elimination::Elimination;
 pub use error::{LinearizeError, NotLinearised, SteadyStateError};
 pub use parametric::LinearAt;
 pub use point::OperatingPoint;
 pub use poles::{Pole, Poles, Stability};
 pub use start::find_start;
-pub use steady::{Rest, rest, steady_state};
+pub use steady::{SteadyState, rest, steady_state};
 
 pub use exponential::Responses;
-pub use parametric::{Matrices, Parametric};
+pub use parametric::{LinearMatrices, ParametricModel};
 
 /// Maximum number of unknowns of a linear model, whose matrices are dense.
 const MOST_UNKNOWNS: usize = 4000;
 
 /// An external input of the linear model.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Channel {
+pub enum LinearInput {
     /// The input at this position.
     Input(usize),
     /// The same, delayed by τ.
@@ -83,13 +83,13 @@ pub enum Channel {
     },
 }
 
-impl Channel {
+impl LinearInput {
     /// Position of the input.
     pub fn input(self) -> usize {
         match self {
-            Channel::Input(input) | Channel::Late { input, .. } | Channel::Slope { input, .. } => {
-                input
-            }
+            LinearInput::Input(input)
+            | LinearInput::Late { input, .. }
+            | LinearInput::Slope { input, .. } => input,
         }
     }
 }
@@ -122,7 +122,7 @@ pub struct StateSpace {
     /// Positions of the unknowns that follow from the states.
     pub eliminated: Vec<usize>,
     /// External inputs: the declared inputs, then their delayed values and slopes that equations read.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<LinearInput>,
     /// Delayed unknowns.
     pub late: Vec<LateUnknown>,
     /// Delay τ of each output: its rows are those of w(t + τ).
@@ -171,7 +171,7 @@ pub struct StateSpace {
 /// # Panics
 ///
 /// If the point belongs to another problem.
-pub fn linearize<S: Solved>(
+pub fn linearize<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     at: &OperatingPoint,
 ) -> Result<StateSpace, LinearizeError> {
@@ -183,8 +183,8 @@ pub fn linearize<S: Solved>(
     }
     let point = at.point(problem.p);
 
-    let columns = Columns::new(problem, at)?;
-    let slopes = Slopes::new(system, point, &columns.places, columns.len())?;
+    let columns = SlopeColumns::new(problem, at)?;
+    let slopes = LinearSlopes::new(system, point, &columns.places, columns.len())?;
     let elimination = Elimination::new(system, point, &slopes.f)?;
     let (n_x, n_m) = (elimination.states.len(), columns.channels.len());
     let n_v = columns.late.len();
@@ -254,14 +254,17 @@ impl StateSpace {
     /// # Errors
     ///
     /// [`LinearizeError::NoEigenvalues`] if the iteration does not converge.
-    pub fn poles_beside(&self, conserved: &[Conserved]) -> Result<Poles, LinearizeError> {
+    pub fn poles_beside(
+        &self,
+        conserved: &[ConservedCombination],
+    ) -> Result<Poles, LinearizeError> {
         poles::poles(self, conserved)
     }
 }
 
 /// The meaning of the columns after those of the unknowns, and their positions in u.
-struct Columns {
-    channels: Vec<Channel>,
+struct SlopeColumns {
+    channels: Vec<LinearInput>,
     late: Vec<LateUnknown>,
     /// Their values at the point.
     u: Vec<f64>,
@@ -270,8 +273,8 @@ struct Columns {
     places: Vec<Option<usize>>,
 }
 
-impl Columns {
-    fn new<S: Solved>(
+impl SlopeColumns {
+    fn new<S: SolvableSystem>(
         problem: &Problem<'_, S>,
         at: &OperatingPoint,
     ) -> Result<Self, LinearizeError> {
@@ -287,7 +290,7 @@ impl Columns {
         let (mut channels, mut u, mut v) = (Vec::new(), Vec::new(), Vec::new());
         for (i, (place, value)) in places.iter_mut().zip(&at.u).take(n_in).enumerate() {
             *place = Some(i);
-            channels.push(Channel::Input(i));
+            channels.push(LinearInput::Input(i));
             u.push(*value);
         }
         for (k, late) in signature.delayed_inputs.iter().enumerate() {
@@ -296,12 +299,12 @@ impl Columns {
                 places[n_in + k] = Some(input);
             } else if is_read(n_in + k) {
                 places[n_in + k] = Some(channels.len());
-                channels.push(Channel::Late { input, tau });
+                channels.push(LinearInput::Late { input, tau });
                 u.push(at.u[n_in + k]);
             }
             if is_read(n_in + n_late + k) {
                 places[n_in + n_late + k] = Some(channels.len());
-                channels.push(Channel::Slope { input, tau });
+                channels.push(LinearInput::Slope { input, tau });
                 u.push(at.u[n_in + n_late + k]);
             }
         }
@@ -339,7 +342,7 @@ impl Columns {
 }
 
 /// Derivatives with respect to the unknowns, then to the columns after them.
-struct Slopes {
+struct LinearSlopes {
     f: DMatrix<f64>,
     w: DMatrix<f64>,
     /// f itself, n numbers.
@@ -347,11 +350,11 @@ struct Slopes {
     outputs: Vec<f64>,
 }
 
-impl Slopes {
+impl LinearSlopes {
     /// For each number of u, `places` has its column after the unknowns; there are `many` of these.
-    fn new<S: Solved>(
+    fn new<S: SolvableSystem>(
         system: &S,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         places: &[Option<usize>],
         many: usize,
     ) -> Result<Self, LinearizeError> {

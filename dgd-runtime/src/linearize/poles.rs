@@ -20,7 +20,7 @@ use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::StateSpace;
-use super::conserved::{Conserved, without};
+use super::conserved::{ConservedCombination, without};
 use super::error::LinearizeError;
 use crate::linalg::blocks::blocks;
 use crate::system::Pattern;
@@ -118,7 +118,10 @@ impl Poles {
 }
 
 /// The poles of a linear model.
-pub(super) fn poles(system: &StateSpace, conserved: &[Conserved]) -> Result<Poles, LinearizeError> {
+pub(super) fn poles(
+    system: &StateSpace,
+    conserved: &[ConservedCombination],
+) -> Result<Poles, LinearizeError> {
     if system.late.is_empty() {
         let mut poles = eigenvalues(&without(&system.a, &system.states, conserved))?;
         let zero = Pole { re: 0.0, im: 0.0, rounding: 0.0 };

@@ -6,9 +6,9 @@
 
 use crate::error::{BadRequest, IntegrateError};
 use crate::problem::Problem;
-use crate::signal::Side;
+use crate::signal::LimitSide;
 use crate::solution::{LateValues, Solution, side};
-use crate::system::{Point, System};
+use crate::system::{EvaluationPoint, System};
 
 /// The times of a run with delayed outputs.
 pub struct LateTimes {
@@ -16,11 +16,11 @@ pub struct LateTimes {
     pub all: Vec<f64>,
     /// Positions of the requested times in `all`.
     asked: Vec<usize>,
-    clocks: Vec<Clock>,
+    clocks: Vec<DelayClock>,
 }
 
 /// Times at which the outputs with one delay are read.
-struct Clock {
+struct DelayClock {
     delay: usize,
     tau: f64,
     /// Their positions in `all`.
@@ -31,7 +31,9 @@ struct Clock {
 pub fn delays<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     let mut tau = vec![0.0; problem.system.signature().delays.len()];
     if !tau.is_empty() {
-        problem.system.delays(Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] }, &mut tau);
+        problem
+            .system
+            .delays(EvaluationPoint { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] }, &mut tau);
     }
     tau
 }
@@ -41,7 +43,7 @@ pub fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     let signature = problem.system.signature();
     let mut dtau = vec![0.0; signature.delays.len() * signature.directions.len()];
     if !dtau.is_empty() {
-        let point = Point { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] };
+        let point = EvaluationPoint { t: 0.0, y: &[], u: &[], p: problem.p, z: &[] };
         problem.system.delay_sensitivities(point, &mut dtau);
     }
     dtau
@@ -66,7 +68,7 @@ impl LateTimes {
 
         let tau = delays(problem);
         let reach = problem.inputs.last_known().max(until);
-        let mut needed: Vec<(f64, Side)> =
+        let mut needed: Vec<(f64, LimitSide)> =
             (0..times.len()).map(|k| (times[k], side(times, k))).collect();
         for &delay in &used {
             let tau = tau[delay];
@@ -77,12 +79,12 @@ impl LateTimes {
             for k in 0..times.len() {
                 let (t, side) = needed[k];
                 let s = (t - tau).clamp(from, reach);
-                needed.push((s, if s > from { side } else { Side::Right }));
+                needed.push((s, if s > from { side } else { LimitSide::Right }));
             }
         }
         let readings = needed.clone();
         needed.sort_by(|(a, a_side), (b, b_side)| {
-            a.total_cmp(b).then((*a_side == Side::Right).cmp(&(*b_side == Side::Right)))
+            a.total_cmp(b).then((*a_side == LimitSide::Right).cmp(&(*b_side == LimitSide::Right)))
         });
         let mut all_times: Vec<f64> = Vec::with_capacity(needed.len());
         for (i, (t, side)) in needed.iter().enumerate() {
@@ -90,22 +92,22 @@ impl LateTimes {
             if is_new {
                 all_times.push(*t);
                 // A left limit is recorded together with the right one.
-                if *side == Side::Left {
+                if *side == LimitSide::Left {
                     all_times.push(*t);
                 }
             }
         }
 
-        let row = |(t, side): &(f64, Side)| match side {
-            Side::Left => all_times.partition_point(|other| other < t),
-            Side::Right => all_times.partition_point(|other| other <= t) - 1,
+        let row = |(t, side): &(f64, LimitSide)| match side {
+            LimitSide::Left => all_times.partition_point(|other| other < t),
+            LimitSide::Right => all_times.partition_point(|other| other <= t) - 1,
         };
         let mut rows = readings.chunks_exact(times.len()).map(|chunk| chunk.iter().map(row));
         let first = rows.next().map(Iterator::collect).unwrap_or_default();
         let clocks = used
             .iter()
             .zip(rows)
-            .map(|(&delay, rows)| Clock { delay, tau: tau[delay], rows: rows.collect() })
+            .map(|(&delay, rows)| DelayClock { delay, tau: tau[delay], rows: rows.collect() })
             .collect();
         Ok(Some(LateTimes { all: all_times, asked: first, clocks }))
     }
@@ -119,7 +121,7 @@ impl LateTimes {
         let late = self
             .clocks
             .iter()
-            .map(|Clock { delay, tau, rows }| {
+            .map(|DelayClock { delay, tau, rows }| {
                 let rows = &rows[..reached];
                 let (y, s, z) = pick(&all, rows);
                 let times = rows.iter().map(|row| self.all[*row]).collect();

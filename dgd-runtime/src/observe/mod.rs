@@ -4,14 +4,14 @@ pub(crate) mod delay;
 
 use std::borrow::Cow;
 
-use crate::algebraic::Rates;
+use crate::algebraic::UnknownRates;
 use crate::discrete::discrete_numbers;
 use crate::observe::delay::delay_sensitivities;
 use crate::problem::Problem;
-use crate::signal::{Inputs, Side};
+use crate::signal::{Inputs, LimitSide};
 use crate::solution::{LateValues, Solution};
-use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::solved::SolvableSystem;
+use crate::system::{EvaluationPoint, Storage};
 
 /// Outputs, and their sensitivities where the solution has them.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ impl Observations {
 /// # Panics
 ///
 /// If the solution belongs to another problem.
-pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Observations {
+pub fn observe<S: SolvableSystem>(problem: &Problem<'_, S>, solution: &Solution) -> Observations {
     let system = problem.system;
     let n_w = system.signature().outputs.len();
     let n_s = solution.n_s;
@@ -75,7 +75,7 @@ pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
         inputs.value(t, solution.side(k), u.as_mut());
         u.as_mut()[inputs.len() - solution.n_past..].copy_from_slice(solution.past(k));
         let (y, z) = (solution.y(k), solution.z(k));
-        let point = Point { t, y, u: u.as_ref(), p: problem.p, z };
+        let point = EvaluationPoint { t, y, u: u.as_ref(), p: problem.p, z };
         let w = &mut observations.w[k * n_w..(k + 1) * n_w];
         if n_s == 0 {
             system.outputs(point, w);
@@ -85,13 +85,13 @@ pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
         }
     }
     for late in &solution.late {
-        Reading::new(problem, &inputs, solution, late).read(&mut observations);
+        DelayedOutputs::new(problem, &inputs, solution, late).read(&mut observations);
     }
     observations
 }
 
 /// Outputs with one delay.
-struct Reading<'a, S: Solved> {
+struct DelayedOutputs<'a, S: SolvableSystem> {
     problem: &'a Problem<'a, S>,
     inputs: &'a Inputs,
     solution: &'a Solution,
@@ -102,12 +102,12 @@ struct Reading<'a, S: Solved> {
     dtau: Vec<f64>,
     u: S::Inputs,
     udot: S::Inputs,
-    rates: Rates<S>,
+    rates: UnknownRates<S>,
     /// Non-zeros of ∂w/∂y, ∂w/∂u, ∂w/∂p, and ∂w/∂t.
     jacobians: [Vec<f64>; 4],
 }
 
-impl<'a, S: Solved> Reading<'a, S> {
+impl<'a, S: SolvableSystem> DelayedOutputs<'a, S> {
     fn new(
         problem: &'a Problem<'a, S>,
         inputs: &'a Inputs,
@@ -122,7 +122,7 @@ impl<'a, S: Solved> Reading<'a, S> {
         let first = late.y.get(..solution.n).unwrap_or(&[]);
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         let lengths = [by_y.len(), by_u.len(), by_p.len(), signature.outputs.len()];
-        Reading {
+        DelayedOutputs {
             problem,
             inputs,
             solution,
@@ -131,7 +131,7 @@ impl<'a, S: Solved> Reading<'a, S> {
             dtau: dtau.chunks_exact(n_tau).map(|column| column[late.delay]).collect(),
             u: S::Inputs::zeros(inputs.len()),
             udot: S::Inputs::zeros(inputs.len()),
-            rates: Rates::new(problem.system, first),
+            rates: UnknownRates::new(problem.system, first),
             jacobians: lengths.map(|len| vec![0.0; len]),
         }
     }
@@ -161,7 +161,7 @@ impl<'a, S: Solved> Reading<'a, S> {
             let n_past = self.solution.n_past;
             let first = self.inputs.len() - n_past;
             self.u.as_mut()[first..].copy_from_slice(&self.late.past[k * n_past..(k + 1) * n_past]);
-            let point = Point { t, y, u: self.u.as_ref(), p, z };
+            let point = EvaluationPoint { t, y, u: self.u.as_ref(), p, z };
             if n_s == 0 {
                 system.outputs(point, &mut w);
             } else {
@@ -189,18 +189,18 @@ impl<'a, S: Solved> Reading<'a, S> {
         }
     }
 
-    fn side(&self, k: usize) -> Side {
+    fn side(&self, k: usize) -> LimitSide {
         if self.late.times[k] > self.solution.times[0] {
             self.solution.side(k)
         } else {
-            Side::Right
+            LimitSide::Right
         }
     }
 
     /// ẇ along the solution; y and u are constant outside of the run, if `inside` is false.
     fn output_rates(&mut self, t: f64, y: &[f64], z: &[f64], inside: bool, wdot: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
-        let point = Point { t, y, u: self.u.as_ref(), p, z };
+        let point = EvaluationPoint { t, y, u: self.u.as_ref(), p, z };
         let [dwdy, dwdu, dwdp, dwdt] = &mut self.jacobians;
         system.output_jacobians(point, dwdy, dwdu, dwdp, dwdt);
         wdot.copy_from_slice(dwdt);

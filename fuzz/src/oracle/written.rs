@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use dgd_compiler::syntax::ast::{Expr, ExprKind, FactorSide};
 use dgd_compiler::syntax::visit::operands;
-use dgd_runtime::{Observations, Point, Solution, System};
+use dgd_runtime::{EvaluationPoint, Observations, Solution, System};
 
 use super::Finding;
 use crate::prepared::Prepared;
@@ -74,7 +74,7 @@ pub(super) fn judge(
         if signature.delayed_unknowns.is_empty() {
             let (y, z) = (solution.y(k), solution.z(k));
             let mut f = vec![0.0; n];
-            let point = Point { t, y, u: &u, p: &prepared.p, z };
+            let point = EvaluationPoint { t, y, u: &u, p: &prepared.p, z };
             prepared.system.rhs(point, &mut f);
             let mut mass = vec![0.0; n];
             prepared.system.mass(point, &mut mass);

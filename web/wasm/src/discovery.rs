@@ -7,7 +7,7 @@ use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_discover::{BaseModel, Discovery, ParameterValue, Request, Scales, discover, templates};
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::journal::Forgetful;
 use dgd_identify::{Recording, Unwatched};
 use dgd_runtime::{Options, Problem, System, start_from_outputs};
@@ -49,7 +49,7 @@ impl Examination {
             engine: Engine::Interpreter,
             scales: Scales::default(),
         };
-        let system = Loaded::with_engine(compiled.program, Engine::Interpreter);
+        let system = LoadedSystem::with_engine(compiled.program, Engine::Interpreter);
         let [train, valid] = BOOSTER_STOP.map(|text| [self.recording(&system, text)]);
         let names = ["train", "valid"].map(|name| [name.to_owned()]);
         let request = Request {
@@ -87,7 +87,7 @@ impl Examination {
     }
 
     /// The used rows, in SI, with initial values from the first.
-    fn recording(&self, system: &Loaded, text: &str) -> Recording {
+    fn recording(&self, system: &LoadedSystem, text: &str) -> Recording {
         let table = Table::read(text, self.until);
         let signature = system.signature();
         let inputs = table.inputs(signature);

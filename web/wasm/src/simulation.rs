@@ -2,7 +2,7 @@
 
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::source::SourceMap;
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_runtime::{
     Direction, Inputs, Options, Problem, Signature, Solution, System, find_method, observe,
     simulate_with_sensitivities,
@@ -49,7 +49,7 @@ impl Simulation {
     pub(crate) fn add_to(&self, lines: &mut Lines) {
         let (mut sources, all) = (SourceMap::default(), SensitivityDirections::All);
         let compiled = compiled(self.model, self.variants, &all, &mut sources);
-        let system = Loaded::with_engine(compiled.program, Engine::Interpreter);
+        let system = LoadedSystem::with_engine(compiled.program, Engine::Interpreter);
         let signature = system.signature();
         let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
         let inputs = match self.inputs {
@@ -84,7 +84,7 @@ fn add_events(solution: &Solution, lines: &mut Lines) {
     }
 }
 
-fn add_samples(system: &Loaded, solution: &Solution, lines: &mut Lines) {
+fn add_samples(system: &LoadedSystem, solution: &Solution, lines: &mut Lines) {
     let signature = system.signature();
     let samples = 0..solution.len();
     for (i, unknown) in signature.unknowns.iter().enumerate() {
@@ -97,7 +97,7 @@ fn add_samples(system: &Loaded, solution: &Solution, lines: &mut Lines) {
     }
 }
 
-fn add_outputs(problem: &Problem<'_, Loaded>, solution: &Solution, lines: &mut Lines) {
+fn add_outputs(problem: &Problem<'_, LoadedSystem>, solution: &Solution, lines: &mut Lines) {
     let signature = problem.system.signature();
     let observed = observe(problem, solution);
     let samples = 0..solution.len();

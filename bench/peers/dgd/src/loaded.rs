@@ -8,7 +8,7 @@ use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse_setting;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use peers_problems::request::Failure;
 
 /// The model in a file of this package, with `settings` such as `N=100`.
@@ -16,7 +16,7 @@ pub(crate) fn model(
     file: &str,
     directions: &SensitivityDirections,
     settings: &[String],
-) -> Result<Loaded, Failure> {
+) -> Result<LoadedSystem, Failure> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let mut options = ModelOptions::default();
@@ -31,5 +31,5 @@ pub(crate) fn model(
     let mut read = |path: &str| fs::read_to_string(path).map_err(|error| error.to_string());
     let compiled = compile(main, &options, directions, &mut read, &mut sources, &mut diagnostics);
     let shown = |_| render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
-    Ok(Loaded::new(compiled.map_err(shown)?.program))
+    Ok(LoadedSystem::new(compiled.map_err(shown)?.program))
 }

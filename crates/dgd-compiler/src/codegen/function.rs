@@ -67,7 +67,7 @@ pub(super) fn method(
         let writes = loops::writes(program, function, &results, &mut body.pieces, sources);
         return quote! {
             #[inline]
-            fn #name(&self, _at: ::dgd::__runtime::Point<'_>, #(#extra)* #(#results: &mut [f64]),*) {
+            fn #name(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, #(#extra)* #(#results: &mut [f64]),*) {
                 #(#bound_arrays)*
                 #(#body_statements)*
                 #writes
@@ -94,7 +94,7 @@ pub(super) fn method(
     });
     quote! {
         #[inline]
-        fn #name(&self, _at: ::dgd::__runtime::Point<'_>, #(#extra)* #(#results: &mut [f64]),*) {
+        fn #name(&self, _at: ::dgd::__runtime::EvaluationPoint<'_>, #(#extra)* #(#results: &mut [f64]),*) {
             #(#bound_arrays)*
             #(#body_statements)*
             #(#writes)*

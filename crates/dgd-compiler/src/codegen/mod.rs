@@ -116,14 +116,14 @@ fn system_impl(program: &Program, sources: &SourceMap) -> TokenStream {
         }
 
         #[automatically_derived]
-        impl ::dgd::__runtime::Solved for Model {
+        impl ::dgd::__runtime::SolvableSystem for Model {
             type Factorisation = #factorisation;
 
             fn integrate(
                 problem: &::dgd::__runtime::Problem<'_, Self>,
                 times: &[f64],
                 options: &::dgd::__runtime::Options,
-                wanted: ::dgd::__runtime::Wanted<'_>,
+                wanted: ::dgd::__runtime::WantedResults<'_>,
             ) -> ::core::result::Result<::dgd::__runtime::Solution, ::dgd::__runtime::Failure> {
                 ::dgd::__runtime::integrate::integrate(problem, times, options, wanted)
             }

@@ -26,7 +26,10 @@ pub(super) fn methods(program: &Program) -> TokenStream {
                 NoTaylor::Arrays => quote!(Arrays),
                 NoTaylor::Functions => quote!(Functions),
             };
-            (quote!(::core::result::Result::Err(#path::NoTaylor::#reason)), TokenStream::new())
+            (
+                quote!(::core::result::Result::Err(#path::NoTaylorSeries::#reason)),
+                TokenStream::new(),
+            )
         }
         Ok(taylor) => {
             // Without unknowns there is nothing to compute.
@@ -57,7 +60,7 @@ pub(super) fn methods(program: &Program) -> TokenStream {
         #[inline]
         fn taylor_series(
             &self,
-        ) -> ::core::result::Result<#path::KeptSeries, #path::NoTaylor> {
+        ) -> ::core::result::Result<#path::KeptSeries, #path::NoTaylorSeries> {
             #series
         }
         #functions
@@ -109,11 +112,11 @@ fn method(program: &Program, series: &SharedSeries, name: SeriesMethod) -> Token
         #[inline]
         fn #name(
             &self,
-            _at: ::dgd::__runtime::Point<'_>,
+            _at: ::dgd::__runtime::EvaluationPoint<'_>,
             _udot: &[f64],
             _h: f64,
             _order: usize,
-            _kept: &mut [::dgd::__runtime::taylor::Terms],
+            _kept: &mut [::dgd::__runtime::taylor::SeriesTerms],
             _series: &mut [f64],
             #s
         ) {

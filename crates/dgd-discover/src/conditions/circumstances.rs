@@ -1,7 +1,7 @@
 //! Quantities known during recordings: inputs, readings, and the fitted model's unknowns.
 
 use dgd_identify::Recording;
-use dgd_runtime::{Problem, Side, Solution, System, Unit, simulate};
+use dgd_runtime::{LimitSide, Problem, Solution, System, Unit, simulate};
 
 use super::condition::{Condition, condition, holds};
 use super::known::{KnownKind, KnownQuantity};
@@ -94,7 +94,7 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
     for (r, recording) in data.train.iter().enumerate() {
         let mut u = vec![0.0; recording.inputs.len()];
         for &t in &recording.times {
-            recording.inputs.value(t, Side::Right, &mut u);
+            recording.inputs.value(t, LimitSide::Right, &mut u);
             for (quantity, u) in quantities[..n_inputs].iter_mut().zip(&u) {
                 quantity.values[r].push(*u);
             }

@@ -1,6 +1,6 @@
 //! The recordings with which structures are compared.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_runtime::{Method, Options, System};
 use dgd_screen::noise::SensorNoise;
@@ -37,7 +37,7 @@ pub(crate) struct Data<'a> {
 
 impl<'a> Data<'a> {
     /// How to integrate a structure.
-    pub(crate) fn options_for(&self, system: &Loaded) -> Options {
+    pub(crate) fn options_for(&self, system: &LoadedSystem) -> Options {
         let is_explicit = || system.signature().unknowns.iter().all(|unknown| unknown.differential);
         let method = self.explicit.filter(|_| is_explicit()).unwrap_or(self.options.method);
         Options { method, ..self.options }

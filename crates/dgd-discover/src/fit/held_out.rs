@@ -4,7 +4,7 @@
 //! end in the wrong minimum. So fits also begin at the states of training recordings from which the outputs continued
 //! alike.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::journal::kept;
 use dgd_identify::{OutputErrorProblem, Recording, Starts, evaluate, fit_starts};
 use dgd_runtime::{Observations, Problem, Solution, System, simulate};
@@ -134,7 +134,7 @@ impl Fitted {
 }
 
 /// The differential unknowns of a trajectory at a sample.
-pub(crate) fn states_at(system: &Loaded, trajectory: &Solution, k: usize) -> Starts {
+pub(crate) fn states_at(system: &LoadedSystem, trajectory: &Solution, k: usize) -> Starts {
     let states = system.signature().unknowns.differential();
     states.map(|i| (i, trajectory.y(k)[i])).collect()
 }

@@ -8,7 +8,7 @@
 //!   the data cannot locate t within (t_k, t_k+1): t̂ = (t_k + t_k+1)/2, σ = (t_k+1 − t_k)/√12
 //! ```
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::{
     Estimate, Fit, Noise, OutputErrorProblem, Recording, Starts, TrialFailed, evaluate,
 };
@@ -128,7 +128,7 @@ impl Moments {
     }
 
     /// The estimates of a fit and the moments, in the order of the model's parameters.
-    pub(crate) fn estimates(&self, system: &Loaded, fit: &Fit) -> Vec<Estimate> {
+    pub(crate) fn estimates(&self, system: &LoadedSystem, fit: &Fit) -> Vec<Estimate> {
         let mut estimates = fit.estimates.clone();
         for &parameter in &self.parameters {
             let value = fit.p[parameter];

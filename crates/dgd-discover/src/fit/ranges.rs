@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use dgd_runtime::{Problem, Side, System, simulate};
+use dgd_runtime::{LimitSide, Problem, System, simulate};
 use dgd_screen::usual_spacing;
 
 use super::data::Data;
@@ -39,7 +39,7 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
     for (i, input) in signature.inputs.iter().enumerate() {
         let mut u = vec![0.0; signature.inputs.len()];
         let mut value_at = |t: f64| {
-            recording.inputs.value(t, Side::Right, &mut u);
+            recording.inputs.value(t, LimitSide::Right, &mut u);
             u[i]
         };
         let (a, b) = within(&mut recording.times.iter().map(|t| value_at(*t)));

@@ -28,7 +28,7 @@ use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::parallel::in_parallel;
-use dgd_runtime::{Point, Problem, Solution, System, simulate};
+use dgd_runtime::{EvaluationPoint, Problem, Solution, System, simulate};
 
 use crate::fit::{Data, Fitted, StartPoint, as_far_as_readings, whitened_square};
 use crate::library::{BaseModel, Candidate, StructureId, Values};
@@ -481,10 +481,10 @@ fn at<'a>(
     inputs: &dgd_runtime::Inputs,
     p: &'a [f64],
     u: &'a mut [f64],
-) -> Point<'a> {
+) -> EvaluationPoint<'a> {
     let t = trajectory.times[k];
     inputs.value(t, trajectory.side(k), u);
-    Point { t, y: trajectory.y(k), u, p, z: trajectory.z(k) }
+    EvaluationPoint { t, y: trajectory.y(k), u, p, z: trajectory.z(k) }
 }
 
 /// Mean square of the errors relative to the noise, on validation recordings if there are any; if the model diverges

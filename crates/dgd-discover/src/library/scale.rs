@@ -22,7 +22,7 @@ use dgd_compiler::source::Span;
 use dgd_compiler::units::Unit;
 use dgd_identify::{OutputErrorProblem, Recording, Shape, evaluate};
 use dgd_runtime::signature::Distribution;
-use dgd_runtime::{InputError, Inputs, Observations, Side, System};
+use dgd_runtime::{InputError, Inputs, LimitSide, Observations, System};
 
 use super::further_inputs::with_further_inputs;
 use super::structure::BaseModel;
@@ -246,7 +246,7 @@ impl Scales {
             let weighted = self.outputs.iter().filter(|scale| scale.weight.is_some());
             let behind = weighted.clone().filter(|other| other.output >= output).count();
             let mut u = vec![0.0; inputs.len()];
-            inputs.value(t, Side::Right, &mut u);
+            inputs.value(t, LimitSide::Right, &mut u);
             value /= u[inputs.len() - behind];
         }
         scale.stretch.map_or(value, |stretch| stretch.inverse(value))

@@ -10,7 +10,7 @@ use dgd_compiler::effects::{
 use dgd_compiler::model::{Model, ModelOptions, resolve};
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::syntax::ast::Ast;
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::Starts;
 use dgd_runtime::System;
 
@@ -59,7 +59,7 @@ pub(crate) struct Structure {
     /// Positions of parameters that are delays.
     pub delays: Vec<usize>,
     /// The compiled model; its directions are free parameters, then free start values.
-    pub system: Loaded,
+    pub system: LoadedSystem,
 }
 
 /// Why a structure cannot be built: its first error.
@@ -84,7 +84,7 @@ impl BaseModel {
             brought.filter(|i| directions.contains(&Direction::Parameter(*i))).collect()
         };
         let (onsets, delays) = (free_ones(|c| &c.onsets), free_ones(|c| &c.delays));
-        let system = Loaded::with_engine(lower(&dae, &directions), self.engine);
+        let system = LoadedSystem::with_engine(lower(&dae, &directions), self.engine);
         Ok(Structure { id, asts, brought, onsets, delays, system })
     }
 
@@ -96,7 +96,7 @@ impl BaseModel {
         structure: StructureId,
         others: &[usize],
         at_nothing: EffectBlending,
-    ) -> Result<(Loaded, Vec<AddedItems>), Refused> {
+    ) -> Result<(LoadedSystem, Vec<AddedItems>), Refused> {
         let base = self.apply(all, structure)?;
         let others: Vec<EffectApplication<'_>> =
             others.iter().map(|&c| all[c].application.clone()).collect();
@@ -110,7 +110,7 @@ impl BaseModel {
             .flat_map(|brought| brought.null.iter().chain(&brought.blend))
             .filter_map(|name| parameter(&dae, name).map(Direction::Parameter))
             .collect();
-        Ok((Loaded::with_engine(lower(&dae, &directions), self.engine), brought))
+        Ok((LoadedSystem::with_engine(lower(&dae, &directions), self.engine), brought))
     }
 
     /// The reason why a candidate cannot be tried on recordings of this model, if any.
@@ -204,7 +204,7 @@ fn parameter(dae: &Dae, name: &str) -> Option<usize> {
 
 impl Values {
     /// All parameters of a system: these values where known, otherwise the model's.
-    pub(crate) fn parameters(&self, system: &Loaded) -> Vec<f64> {
+    pub(crate) fn parameters(&self, system: &LoadedSystem) -> Vec<f64> {
         let parameters = system.signature().parameters.iter();
         parameters
             .map(|parameter| self.p.get(&*parameter.name).copied().unwrap_or(parameter.value))
@@ -212,7 +212,7 @@ impl Values {
     }
 
     /// Start values of a recording, by position of the unknown.
-    pub(crate) fn starts(&self, system: &Loaded, recording: usize) -> Starts {
+    pub(crate) fn starts(&self, system: &LoadedSystem, recording: usize) -> Starts {
         let Some(known) = self.starts.get(recording) else { return Starts::new() };
         let unknowns = system.signature().unknowns.iter().enumerate();
         unknowns
@@ -221,7 +221,7 @@ impl Values {
     }
 
     /// Collects values by the names of a system.
-    pub(crate) fn of(system: &Loaded, p: &[f64], starts: &[Starts]) -> Values {
+    pub(crate) fn of(system: &LoadedSystem, p: &[f64], starts: &[Starts]) -> Values {
         let signature = system.signature();
         let parameters = signature.parameters.iter();
         let p = parameters.zip(p).map(|(parameter, v)| (parameter.name.to_string(), *v)).collect();

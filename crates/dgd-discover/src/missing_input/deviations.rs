@@ -24,9 +24,9 @@
 
 use std::fmt;
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::linearize::{Elimination, Responses};
-use dgd_runtime::{Inputs, Pattern, Point, Side, Solution, System};
+use dgd_runtime::{EvaluationPoint, Inputs, LimitSide, Pattern, Solution, System};
 use nalgebra::{DMatrix, DVector};
 
 use super::missing_terms::MissingTerms;
@@ -192,7 +192,7 @@ struct StateSpace {
 
 /// Evaluates a model's derivatives, and eliminates the algebraic unknowns.
 struct Linearization<'a> {
-    system: &'a Loaded,
+    system: &'a LoadedSystem,
     p: &'a [f64],
     inputs: &'a Inputs,
     n_places: usize,
@@ -244,7 +244,7 @@ impl<'a> Linearization<'a> {
     }
 
     /// A, B, C, D at a point; `None` if they do not exist.
-    fn at(&mut self, t: f64, side: Side, y: &[f64], z: &[f64]) -> Option<StateSpace> {
+    fn at(&mut self, t: f64, side: LimitSide, y: &[f64], z: &[f64]) -> Option<StateSpace> {
         let (elimination, rows) = self.eliminated(t, side, y, z)?;
         self.space(&elimination, &rows)
     }
@@ -257,13 +257,13 @@ impl<'a> Linearization<'a> {
             y[i] = f64::midpoint(y[i], trajectory.y(k + 1)[i]);
         }
         let z = trajectory.z(k);
-        let (mut elimination, mut rows) = self.eliminated(t, Side::Right, &y, z)?;
+        let (mut elimination, mut rows) = self.eliminated(t, LimitSide::Right, &y, z)?;
         if !elimination.eliminated.is_empty() {
             let step = elimination.step(&self.f);
             for (&i, step) in elimination.eliminated.iter().zip(&step) {
                 y[i] += step;
             }
-            (elimination, rows) = self.eliminated(t, Side::Right, &y, z)?;
+            (elimination, rows) = self.eliminated(t, LimitSide::Right, &y, z)?;
         }
         self.space(&elimination, &rows)
     }
@@ -273,13 +273,13 @@ impl<'a> Linearization<'a> {
     fn eliminated(
         &mut self,
         t: f64,
-        side: Side,
+        side: LimitSide,
         y: &[f64],
         z: &[f64],
     ) -> Option<(Elimination, DMatrix<f64>)> {
         let n_given = self.inputs.len();
         self.inputs.value(t, side, &mut self.u[..n_given]);
-        let point = Point { t, y, u: &self.u, p: self.p, z };
+        let point = EvaluationPoint { t, y, u: &self.u, p: self.p, z };
         self.system.linearize(point, &self.slopes, &mut self.f, &mut self.dfdy, &mut self.dfdt);
         self.system.input_jacobian(point, &mut self.dfdu);
         self.system.output_jacobians(

@@ -15,7 +15,7 @@
 //! Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), §8.3, with the linearisation along the
 //! estimate.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::{
     Inputs, Observations, Options, Problem, Solution, System, consistent_start, observe, simulate,
@@ -122,7 +122,7 @@ impl Followed<'_> {
         Some(Filtered { deviations, residuals, trajectory })
     }
 
-    fn problem<'b>(&'b self, start: &'b [(usize, f64)]) -> Problem<'b, Loaded> {
+    fn problem<'b>(&'b self, start: &'b [(usize, f64)]) -> Problem<'b, LoadedSystem> {
         Problem { system: self.terms.system(), p: self.p, inputs: self.inputs, start }
     }
 

@@ -15,8 +15,8 @@
 //! variables of the smoother, the derivative of the log-likelihood with respect to q is ½ Σ h (λ² − Λ) (Koopman,
 //! Biometrika 80 (1993) 117), so each is multiplied by Σ h λ²/Σ h Λ until that is one.
 
-use dgd_execute::Loaded;
-use dgd_runtime::{Inputs, Options, Problem, Side, Solution, System, observe, simulate};
+use dgd_execute::LoadedSystem;
+use dgd_runtime::{Inputs, LimitSide, Options, Problem, Solution, System, observe, simulate};
 use dgd_screen::noise::{SensorNoise, median};
 use nalgebra::{DMatrix, DVector};
 
@@ -549,7 +549,7 @@ impl Joint<'_> {
         for k in 0..last {
             let start: Vec<(usize, f64)> =
                 states.iter().copied().zip(x[k].iter().copied()).collect();
-            let problem: Problem<'_, Loaded> =
+            let problem: Problem<'_, LoadedSystem> =
                 Problem { system: self.terms.system(), p: self.p, inputs: &inputs, start: &start };
             let piece = simulate(&problem, &times[k..k + 2], self.options).ok()?;
             let deviations = Deviations::along(self.terms, self.p, &inputs, &piece).ok()?;
@@ -613,7 +613,7 @@ impl Joint<'_> {
         let n = own.len();
         let value = |t: f64| {
             let mut u = vec![0.0; n];
-            own.value(t, Side::Right, &mut u);
+            own.value(t, LimitSide::Right, &mut u);
             u
         };
         let mean = |[a, b]: [f64; 2]| {

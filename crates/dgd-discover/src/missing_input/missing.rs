@@ -11,7 +11,7 @@
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
 use dgd_compiler::units::parse_unit;
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::{Recording, Starts};
 use dgd_runtime::parallel::{in_parallel, in_parallel_stateless};
 use dgd_runtime::{Inputs, Problem, Solution, System, observe, simulate};
@@ -219,7 +219,7 @@ impl<'a> Places<'a> {
         Places { terms, data, p, own: declared, runs_away, follows, train, valid, free }
     }
 
-    pub(super) fn system(&self) -> &Loaded {
+    pub(super) fn system(&self) -> &LoadedSystem {
         self.terms.system()
     }
 

@@ -23,7 +23,7 @@ use dgd_compiler::model::{DeclarationHeader, Input, Interpolation, Model};
 use dgd_compiler::program::lower;
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, describe};
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 
 use crate::library::Scales;
 
@@ -88,7 +88,7 @@ pub enum NoSuchTerm {
 /// for each of `places`, which is zero in the original model.
 #[derive(Debug, Clone)]
 pub struct MissingTerms {
-    system: Loaded,
+    system: LoadedSystem,
     places: Vec<Place>,
     closed: Vec<ClosedPlace>,
 }
@@ -122,7 +122,7 @@ impl MissingTerms {
             assemble(&opened, diagnostics).map(|dae| lower(&dae, &[]))
         };
         if let Ok(program) = open(&all_places, &mut Diagnostics::default()) {
-            let system = Loaded::with_engine(program, engine);
+            let system = LoadedSystem::with_engine(program, engine);
             return Ok(MissingTerms { system, places: all_places, closed: Vec::new() });
         }
         let (mut places, mut closed) = (Vec::new(), Vec::new());
@@ -136,7 +136,7 @@ impl MissingTerms {
                 closed.push(ClosedPlace { place, reason: first.unwrap_or_default() });
             }
         }
-        let system = Loaded::with_engine(open(&places, diagnostics)?, engine);
+        let system = LoadedSystem::with_engine(open(&places, diagnostics)?, engine);
         Ok(MissingTerms { system, places, closed })
     }
 
@@ -164,12 +164,12 @@ impl MissingTerms {
             let first = diagnostics.sorted().first().map(|one| one.message.clone());
             return Err(NoSuchTerm::Closed(first.unwrap_or_default()));
         };
-        let system = Loaded::with_engine(program, engine);
+        let system = LoadedSystem::with_engine(program, engine);
         Ok(MissingTerms { system, places, closed: Vec::new() })
     }
 
     /// The model with its unknown inputs.
-    pub fn system(&self) -> &Loaded {
+    pub fn system(&self) -> &LoadedSystem {
         &self.system
     }
 

@@ -4,7 +4,7 @@
 //! of its readings among the best.
 
 use dgd_compiler::model::Model;
-use dgd_runtime::{Problem, Side, Solution, observe, simulate};
+use dgd_runtime::{LimitSide, Problem, Solution, observe, simulate};
 
 use super::missing::{Found, PlaceTrace, Places};
 use super::missing_terms::{Place, PlaceKind};
@@ -92,7 +92,7 @@ pub(super) fn objection(
                 let inputs = &thinned.recording.inputs;
                 let mut u = vec![0.0; inputs.len()];
                 thinned.times.iter().map(move |t| {
-                    inputs.value(*t, Side::Right, &mut u);
+                    inputs.value(*t, LimitSide::Right, &mut u);
                     u.get(position).copied().unwrap_or(f64::NAN)
                 })
             });

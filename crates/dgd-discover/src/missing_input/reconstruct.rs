@@ -15,7 +15,9 @@
 
 use std::fmt;
 
-use dgd_runtime::{InputError, Inputs, IntegrateError, Options, Problem, Side, observe, simulate};
+use dgd_runtime::{
+    InputError, Inputs, IntegrateError, LimitSide, Options, Problem, observe, simulate,
+};
 
 use super::deviations::{Deviations, LinearizeError};
 use super::kalman::{Chain, Walk};
@@ -130,8 +132,8 @@ pub(crate) fn inputs_with_all(
 ) -> Result<Inputs, InputError> {
     with_further_inputs(inputs, times, model.places().len(), |t, side, behind| {
         let begun = match side {
-            Side::Left => times.partition_point(|sample| *sample < t),
-            Side::Right => times.partition_point(|sample| *sample <= t),
+            LimitSide::Left => times.partition_point(|sample| *sample < t),
+            LimitSide::Right => times.partition_point(|sample| *sample <= t),
         };
         for (place, d) in given {
             behind[*place] = d[begun.saturating_sub(1)];

@@ -8,7 +8,7 @@ use dgd_compiler::syntax::visit;
 use dgd_compiler::units::{Unit, mistaken, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::signature::Interpolation;
-use dgd_runtime::{Column, Inputs, Side, Signature, System};
+use dgd_runtime::{InputColumn, Inputs, LimitSide, Signature, System};
 use dgd_screen::noise::{Colour, SensorNoise};
 
 use super::stuck::{self, Since};
@@ -219,7 +219,7 @@ pub(super) fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
     let mut u = vec![0.0; inputs];
     for (k, t) in recording.times.iter().enumerate() {
         let is_before = recording.times.get(k + 1) == Some(t);
-        let side = if is_before { Side::Left } else { Side::Right };
+        let side = if is_before { LimitSide::Left } else { LimitSide::Right };
         recording.inputs.value(*t, side, &mut u);
         columns.iter_mut().zip(&u).for_each(|(column, u)| column.push(*u));
     }
@@ -246,8 +246,8 @@ fn are_alike(one: &Inputs, other: &Inputs, times: &[f64], columns: &[Vec<f64>]) 
     let (mut a, mut b) = (vec![0.0; columns.len()], vec![0.0; columns.len()]);
     times.windows(2).filter(|pair| pair[0] < pair[1]).all(|pair| {
         let t = f64::midpoint(pair[0], pair[1]);
-        one.value(t, Side::Right, &mut a);
-        other.value(t, Side::Right, &mut b);
+        one.value(t, LimitSide::Right, &mut a);
+        other.value(t, LimitSide::Right, &mut b);
         a.iter().zip(&b).zip(&sizes).all(|((a, b), size)| (a - b).abs() <= ROUNDING * size)
     })
 }
@@ -259,8 +259,8 @@ fn rebuilt(
     between: &[Interpolation],
 ) -> Option<Inputs> {
     let declared = signature.inputs.iter().zip(columns).zip(between);
-    let columns: Vec<Column<'_>> = declared
-        .map(|((input, values), interpolation)| Column {
+    let columns: Vec<InputColumn<'_>> = declared
+        .map(|((input, values), interpolation)| InputColumn {
             name: &input.name,
             interpolation: *interpolation,
             values,

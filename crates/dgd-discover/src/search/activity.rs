@@ -8,10 +8,11 @@
 //!
 //! and if no row differs, because the effect belongs to a sensor, so are the outputs.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_runtime::{
-    Options, Point, Problem, Signature, Solution, System, Unit, discrete_numbers, observe, simulate,
+    EvaluationPoint, Options, Problem, Signature, Solution, System, Unit, discrete_numbers,
+    observe, simulate,
 };
 
 use crate::fit::Fitted;
@@ -77,7 +78,7 @@ pub(crate) fn changes(
     recordings: &[Recording],
     options: &Options,
 ) -> Vec<Change> {
-    let runs = |system: &Loaded| -> Option<Vec<(Solution, Vec<f64>)>> {
+    let runs = |system: &LoadedSystem| -> Option<Vec<(Solution, Vec<f64>)>> {
         let recordings = recordings.iter().enumerate();
         recordings.map(|(r, recording)| run(system, values, r, recording, options)).collect()
     };
@@ -120,7 +121,7 @@ pub(crate) fn changes(
 
 /// A run of one of the recordings, by its position among them, and its outputs.
 fn run(
-    system: &Loaded,
+    system: &LoadedSystem,
     values: &Values,
     position: usize,
     recording: &Recording,
@@ -150,7 +151,7 @@ fn rows(
     let (pa, pb) = (values.parameters(a), values.parameters(b));
     let (mut fa, mut fb) = (vec![0.0; sa.unknowns.len()], vec![0.0; sb.unknowns.len()]);
     let start = values.starts(a, position);
-    let inputs_of = |system: &Loaded, p: &[f64]| {
+    let inputs_of = |system: &LoadedSystem, p: &[f64]| {
         let problem = Problem { system, p, inputs: &recording.inputs, start: &start };
         problem.inputs_read().ok().map(std::borrow::Cow::into_owned)
     };
@@ -164,8 +165,8 @@ fn rows(
         let common: Vec<f64> = places.iter().map(|place| y[*place]).collect();
         let za = solution.z(k);
         let zb = discrete(b, &pb, t, sa, za);
-        a.rhs(Point { t, y, u: &ua, p: &pa, z: za }, &mut fa);
-        b.rhs(Point { t, y: &common, u: &ub, p: &pb, z: &zb }, &mut fb);
+        a.rhs(EvaluationPoint { t, y, u: &ua, p: &pa, z: za }, &mut fa);
+        b.rhs(EvaluationPoint { t, y: &common, u: &ub, p: &pb, z: &zb }, &mut fb);
         with_effect.extend(places.iter().map(|place| fa[*place]));
         without_effect.extend_from_slice(&fb);
     }
@@ -173,7 +174,13 @@ fn rows(
 }
 
 /// The discrete numbers of a system, with the modes of its automata from another one, whose numbers are `known`.
-fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]) -> Vec<f64> {
+fn discrete(
+    system: &LoadedSystem,
+    p: &[f64],
+    t: f64,
+    other: &Signature,
+    known: &[f64],
+) -> Vec<f64> {
     let automata = &system.signature().discrete.automata;
     let mut z = discrete_numbers(system, p, t);
     for (z, automaton) in z.iter_mut().zip(automata.iter()) {

@@ -7,10 +7,10 @@ use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_discover::{
     BaseModel, Discovery, Guess, Request, Scales, Verdict, discover, templates as known_templates,
 };
-use dgd_execute::{Engine, Loaded};
+use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::journal::Forgetful;
 use dgd_identify::{Recording, Unwatched};
-use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::{Normal, model_text};
 
@@ -35,12 +35,12 @@ struct Samples {
     measured: Vec<Vec<f64>>,
 }
 
-fn inputs(system: &Loaded, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
+fn inputs(system: &LoadedSystem, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
     let in_si: Vec<Vec<f64>> = (system.signature().inputs.iter().zip(declared))
         .map(|(input, values)| values.iter().map(|value| value * input.unit.factor).collect())
         .collect();
-    let columns: Vec<Column<'_>> = (system.signature().inputs.iter().zip(&in_si))
-        .map(|(input, values)| Column {
+    let columns: Vec<InputColumn<'_>> = (system.signature().inputs.iter().zip(&in_si))
+        .map(|(input, values)| InputColumn {
             name: &input.name,
             interpolation: input.interpolation,
             values,
@@ -53,7 +53,7 @@ fn inputs(system: &Loaded, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
 fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
     let mut sources = SourceMap::default();
     let compiled = compiled(text, &mut sources).unwrap_or_else(|error| panic!("{error}"));
-    let system = Loaded::new(compiled.program.clone());
+    let system = LoadedSystem::new(compiled.program.clone());
     let mut diagnostics = Diagnostics::default();
     let mut templates = known_templates(&mut sources, &mut diagnostics).expect("their texts");
     if !with_templates {
@@ -198,7 +198,7 @@ fn circulation(equation: &str, more: &str, seed: u64) -> Samples {
     let text = base.replace(equation, &format!("{equation} {more}"));
     assert_ne!(text, base, "the equation is in the model");
     let compiled = compiled(&text, &mut SourceMap::default());
-    let system = Loaded::new(compiled.unwrap_or_else(|error| panic!("{error}")).program);
+    let system = LoadedSystem::new(compiled.unwrap_or_else(|error| panic!("{error}")).program);
     let signature = system.signature();
     let n = 1200;
     let random = &mut Normal::new(seed);

@@ -4,7 +4,7 @@ use dgd_discover::{
     Colour, Deviations, LinearizeError, MissingTerms, PlaceKind, Recording, SensorNoise,
     UnknownInput, reconstruct, unknown_input,
 };
-use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System, observe, simulate};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System, observe, simulate};
 
 use crate::support::{Normal, model_text, seconds, with_missing_terms};
 
@@ -43,9 +43,9 @@ impl Case {
     /// Inputs with these missing terms; including all places if `missing` is not empty.
     fn recorded(&self, missing: &[Vec<f64>]) -> Inputs {
         let declared = self.signature().inputs.iter();
-        let columns: Vec<Column<'_>> = declared
+        let columns: Vec<InputColumn<'_>> = declared
             .zip(self.inputs.iter().chain(missing))
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: "input",
                 interpolation: input.interpolation,
                 values,

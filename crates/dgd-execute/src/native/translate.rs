@@ -1,6 +1,6 @@
 //! Translates a piece of a function to Cranelift's intermediate representation.
 //!
-//! A piece receives t and the address of a [`Frame`](super::code::Frame) of addresses. Conditions are integers, 0 or 1.
+//! A piece receives t and the address of a [`ArrayFrame`](super::code::Frame) of addresses. Conditions are integers, 0 or 1.
 //! Nothing is fused or reordered: each operation is the same IEEE 754 instruction that the interpreter executes, or a
 //! call of the same function.
 
@@ -18,8 +18,8 @@ use dgd_compiler::expr::graph::Comparison;
 use dgd_compiler::expr::intrinsics::{Instruction, IntrinsicDefinition, IntrinsicId};
 use dgd_compiler::program::{FunctionArgument, Loop, ProgramOperation, StridedPosition, ValueId};
 
-use super::code::{Frame, call_curve, call_one, call_two};
-use super::plan::{Kind, Piece, Plan, distance, is_immediate, position};
+use super::code::{ArrayFrame, call_curve, call_one, call_two};
+use super::plan::{CodePiece, NativePlan, ValueKind, distance, is_immediate, position};
 
 /// Addresses and distances; the compiler supports only machines on which they have 64 bits.
 pub(super) const ADDRESS: Type = types::I64;
@@ -36,8 +36,8 @@ pub(super) fn signature(isa: &dyn TargetIsa) -> Signature {
 
 /// Writes a piece into `code`, which so far only has its signature.
 pub(super) fn translate(
-    plan: &Plan<'_>,
-    piece: &Piece,
+    plan: &NativePlan<'_>,
+    piece: &CodePiece,
     code: &mut Code,
     context: &mut FunctionBuilderContext,
     isa: &dyn TargetIsa,
@@ -78,7 +78,7 @@ pub(super) fn translate(
 
 /// An array whose address is in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Array {
+enum FrameArray {
     Argument(FunctionArgument),
     Result(usize),
     Scratch,
@@ -86,30 +86,30 @@ enum Array {
 
 /// A passage of a loop.
 #[derive(Debug, Clone, Copy)]
-struct Passage {
+struct NativePassage {
     /// Byte offset of this passage's number in an array from that of the first.
     offset: Value,
 }
 
 /// Movement of a position in a loop.
 #[derive(Debug, Clone, Copy, Default)]
-struct At {
+struct LoopMovement {
     by_round: i64,
-    passage: Option<Passage>,
+    passage: Option<NativePassage>,
 }
 
 struct Translation<'a, 'b> {
-    plan: &'a Plan<'a>,
+    plan: &'a NativePlan<'a>,
     builder: FunctionBuilder<'b>,
     t: Value,
     frame: Value,
     /// Signatures of functions of one argument and of two.
     calls: [SigRef; 2],
     /// Addresses of arrays, loaded in blocks that dominate every later one.
-    addresses: HashMap<Array, Value>,
+    addresses: HashMap<FrameArray, Value>,
     /// The current round of a loop, and addresses advanced by a constant number of elements in each round.
     round: Option<Value>,
-    moved: HashMap<(Array, i64), Value>,
+    moved: HashMap<(FrameArray, i64), Value>,
     /// Values of the body, loaded in the same way, and in a loop those of the passage.
     values: HashMap<ValueId, Value>,
 }
@@ -127,11 +127,11 @@ impl Translation<'_, '_> {
             }
             for (result, place) in &plan.stores[index] {
                 let value = self.operand(id);
-                self.store(value, Array::Result(*result), *place, At::default());
+                self.store(value, FrameArray::Result(*result), *place, LoopMovement::default());
             }
             if plan.kept[index] {
                 let value = self.operand(id);
-                self.store(value, Array::Scratch, index, At::default());
+                self.store(value, FrameArray::Scratch, index, LoopMovement::default());
             }
         }
     }
@@ -153,11 +153,11 @@ impl Translation<'_, '_> {
             | ProgramOperation::LoadSwept(argument, _)
             | ProgramOperation::LoadRound(argument, _) = operation
             {
-                self.address(Array::Argument(*argument));
+                self.address(FrameArray::Argument(*argument));
             }
         }
         for store in &part.stores {
-            self.address(Array::Result(store.result));
+            self.address(FrameArray::Result(store.result));
         }
 
         if part.rounds == 1 {
@@ -182,12 +182,12 @@ impl Translation<'_, '_> {
         let loads = part.operations().filter_map(|operation| match operation {
             ProgramOperation::LoadSwept(argument, place)
             | ProgramOperation::LoadRound(argument, place) => {
-                Some((Array::Argument(*argument), i64::from(place.by_round)))
+                Some((FrameArray::Argument(*argument), i64::from(place.by_round)))
             }
             _ => None,
         });
         let stores = part.stores.iter();
-        let stores = stores.map(|store| (Array::Result(store.result), store.by_round as i64));
+        let stores = stores.map(|store| (FrameArray::Result(store.result), store.by_round as i64));
         for (array, by_round) in loads.chain(stores) {
             if by_round != 0 && !self.moved.contains_key(&(array, by_round)) {
                 let base = self.address(array);
@@ -211,11 +211,11 @@ impl Translation<'_, '_> {
         }
         let (passage, after) = (self.builder.create_block(), self.builder.create_block());
         let offset = self.enter(passage);
-        self.passage(part, Some(Passage { offset }));
+        self.passage(part, Some(NativePassage { offset }));
         self.again_unless(offset, STRIDE, i64::from(part.count) * STRIDE, passage, after);
     }
 
-    fn passage(&mut self, part: &Loop, now: Option<Passage>) {
+    fn passage(&mut self, part: &Loop, now: Option<NativePassage>) {
         let first = self.plan.function.body.len() + part.head.len();
         for (k, operation) in part.body.iter().enumerate() {
             let value = self.perform(*operation, now);
@@ -223,8 +223,8 @@ impl Translation<'_, '_> {
         }
         for store in &part.stores {
             let value = self.operand(store.value);
-            let movement = At { by_round: store.by_round as i64, passage: now };
-            self.store(value, Array::Result(store.result), store.first, movement);
+            let movement = LoopMovement { by_round: store.by_round as i64, passage: now };
+            self.store(value, FrameArray::Result(store.result), store.first, movement);
         }
     }
 
@@ -246,24 +246,27 @@ impl Translation<'_, '_> {
     }
 
     /// Emits an operation whose operands are available, and returns its value.
-    fn perform(&mut self, operation: ProgramOperation, passage: Option<Passage>) -> Value {
+    fn perform(&mut self, operation: ProgramOperation, passage: Option<NativePassage>) -> Value {
         match operation {
             ProgramOperation::Constant(number) => self.builder.ins().f64const(number),
             ProgramOperation::Time => self.t,
-            ProgramOperation::Load(argument, index) => {
-                self.load(types::F64, Array::Argument(argument), index as usize, At::default())
-            }
+            ProgramOperation::Load(argument, index) => self.load(
+                types::F64,
+                FrameArray::Argument(argument),
+                index as usize,
+                LoopMovement::default(),
+            ),
             ProgramOperation::LoadSwept(argument, StridedPosition { first, by_round }) => {
-                let movement = At { by_round: by_round.into(), passage };
-                self.load(types::F64, Array::Argument(argument), first as usize, movement)
+                let movement = LoopMovement { by_round: by_round.into(), passage };
+                self.load(types::F64, FrameArray::Argument(argument), first as usize, movement)
             }
             ProgramOperation::LoadRound(argument, StridedPosition { first, by_round }) => {
-                let movement = At { by_round: by_round.into(), passage: None };
-                self.load(types::F64, Array::Argument(argument), first as usize, movement)
+                let movement = LoopMovement { by_round: by_round.into(), passage: None };
+                self.load(types::F64, FrameArray::Argument(argument), first as usize, movement)
             }
             ProgramOperation::Counter => match passage {
                 None => self.builder.ins().f64const(0.0),
-                Some(Passage { offset }) => {
+                Some(NativePassage { offset }) => {
                     let shift = i64::from(STRIDE.trailing_zeros());
                     let k = self.builder.ins().ushr_imm_u(offset, shift);
                     self.builder.ins().fcvt_from_sint(types::F64, k)
@@ -350,10 +353,10 @@ impl Translation<'_, '_> {
             _ if is_immediate(operation) => self.perform(operation, None),
             _ => {
                 let kind = match plan.kinds[id.index()] {
-                    Kind::Number => types::F64,
-                    Kind::Condition => types::I8,
+                    ValueKind::Number => types::F64,
+                    ValueKind::Condition => types::I8,
                 };
-                self.load(kind, Array::Scratch, id.index(), At::default())
+                self.load(kind, FrameArray::Scratch, id.index(), LoopMovement::default())
             }
         };
         self.values.insert(id, value);
@@ -402,29 +405,29 @@ impl Translation<'_, '_> {
         self.builder.inst_results(call)[0]
     }
 
-    fn load(&mut self, kind: Type, array: Array, place: usize, at: At) -> Value {
+    fn load(&mut self, kind: Type, array: FrameArray, place: usize, at: LoopMovement) -> Value {
         let (address, distance) = self.place(array, place, at);
         let flags = match array {
-            Array::Argument(_) => MemFlagsData::trusted().with_readonly().with_can_move(),
-            Array::Result(_) | Array::Scratch => MemFlagsData::trusted(),
+            FrameArray::Argument(_) => MemFlagsData::trusted().with_readonly().with_can_move(),
+            FrameArray::Result(_) | FrameArray::Scratch => MemFlagsData::trusted(),
         };
         self.builder.ins().load(kind, flags, address, distance)
     }
 
-    fn store(&mut self, value: Value, array: Array, place: usize, at: At) {
+    fn store(&mut self, value: Value, array: FrameArray, place: usize, at: LoopMovement) {
         let (address, distance) = self.place(array, place, at);
         self.builder.ins().store(MemFlagsData::trusted(), value, address, distance);
     }
 
     /// The location of a number: an address and an offset.
-    fn place(&mut self, array: Array, place: usize, at: At) -> (Value, i32) {
+    fn place(&mut self, array: FrameArray, place: usize, at: LoopMovement) -> (Value, i32) {
         let base = match at.by_round {
             0 => self.address(array),
             by_round => self.moved[&(array, by_round)],
         };
         let address = match at.passage {
             None => base,
-            Some(Passage { offset }) => self.builder.ins().iadd(base, offset),
+            Some(NativePassage { offset }) => self.builder.ins().iadd(base, offset),
         };
         let Some(distance) = distance(place) else {
             unreachable!("a place within reach, as the plan has checked")
@@ -432,14 +435,14 @@ impl Translation<'_, '_> {
         (address, distance)
     }
 
-    fn address(&mut self, array: Array) -> Value {
+    fn address(&mut self, array: FrameArray) -> Value {
         if let Some(address) = self.addresses.get(&array) {
             return *address;
         }
         let base = match array {
-            Array::Argument(argument) => Frame::argument(position(argument)),
-            Array::Result(result) => Frame::result(result),
-            Array::Scratch => Frame::scratch(),
+            FrameArray::Argument(argument) => ArrayFrame::argument(position(argument)),
+            FrameArray::Result(result) => ArrayFrame::result(result),
+            FrameArray::Scratch => ArrayFrame::scratch(),
         };
         let flags = MemFlagsData::trusted().with_readonly().with_can_move();
         let address = self.builder.ins().load(ADDRESS, flags, self.frame, base);

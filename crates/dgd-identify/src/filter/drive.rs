@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use dgd_runtime::{Column, InputError, Inputs, Signature};
+use dgd_runtime::{InputColumn, InputError, Inputs, Signature};
 
 use super::error::FilterError;
 
@@ -93,11 +93,11 @@ impl Drive {
         let values: Vec<Vec<f64>> = (0..signature.inputs.len())
             .map(|i| self.rows.iter().map(|row| row.u[i]).collect())
             .collect();
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .zip(&values)
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values,

@@ -11,11 +11,12 @@
 //! Derivatives with respect to past values ([`Remembered`]) come from further runs, in which the past has these
 //! sensitivities.
 
-use dgd_runtime::for_identify::{Past, delays, held_by_bounds};
-use dgd_runtime::integrate::Memory;
+use dgd_runtime::for_identify::{PastSolution, delays, held_by_bounds};
+use dgd_runtime::integrate::RunMemory;
 use dgd_runtime::model::{Model, ModelProblem, observe};
 use dgd_runtime::{
-    Before, Direction, Inputs, IntegrateError, Options, Point, Problem, Side, Solution, Wanted,
+    Direction, EvaluationPoint, Inputs, IntegrateError, LimitSide, Options, PriorState, Problem,
+    Solution, WantedResults,
 };
 use nalgebra::DMatrix;
 
@@ -45,16 +46,16 @@ pub(super) struct RunState {
     /// Unknowns: guesses of the algebraic ones.
     pub y: Vec<f64>,
     /// Modes, and the rest of the memory of the previous run.
-    pub memory: Option<Memory>,
+    pub memory: Option<RunMemory>,
     /// Past values, if they are read.
     pub past: Option<Remembered>,
 }
 
 impl RunState {
     /// The state from which a run continues.
-    fn before<'a>(&'a self, past: Option<&'a Past>) -> Before<'a> {
+    fn before<'a>(&'a self, past: Option<&'a PastSolution>) -> PriorState<'a> {
         let own_past = || self.past.as_ref().map(Remembered::past);
-        Before { memory: self.memory.as_ref(), past: past.or_else(own_past) }
+        PriorState { memory: self.memory.as_ref(), past: past.or_else(own_past) }
     }
 
     /// The same state with a perturbed past.
@@ -179,13 +180,13 @@ impl<'a> IntervalModel<'a> {
     ) -> Result<Moved, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
-        let wanted = Wanted::ResumedSensitivities(from.before(None));
+        let wanted = WantedResults::ResumedSensitivities(from.before(None));
         let mut solution = self.run_over(&problem, from, over, wanted)?;
         let last = solution.len() - 1;
         let mut phi = transition(solution.s(last), solution.n, coordinates, variables);
         if let Some(past) = &from.past {
             let [s_past] = self.by_past(past, &p, over, [solution.s(last)], |seeded| {
-                let wanted = Wanted::ResumedSensitivities(from.before(Some(seeded)));
+                let wanted = WantedResults::ResumedSensitivities(from.before(Some(seeded)));
                 let run = self.run(&problem, &[over.from, over.until], wanted)?;
                 Ok([run.s(run.len() - 1).to_vec()])
             })?;
@@ -209,7 +210,7 @@ impl<'a> IntervalModel<'a> {
     ) -> Result<RunState, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
-        let wanted = Wanted::Resumed(from.before(None));
+        let wanted = WantedResults::Resumed(from.before(None));
         let mut solution = self.run_over(&problem, from, over, wanted)?;
         Ok(ended(from, &mut solution))
     }
@@ -225,10 +226,10 @@ impl<'a> IntervalModel<'a> {
     ) -> Result<Vec<f64>, TrialFailure> {
         let (p, start) = self.started(&at.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
-        let solution = self.run(&problem, &[t], Wanted::Resumed(at.before(None)))?;
+        let solution = self.run(&problem, &[t], WantedResults::Resumed(at.before(None)))?;
         let mut w = observe(&problem, &solution).w;
         if let Some(past) = &at.past {
-            let here = Point { t, y: solution.y(0), u: &[], p: &p, z: solution.z(0) };
+            let here = EvaluationPoint { t, y: solution.y(0), u: &[], p: &p, z: solution.z(0) };
             self.late.read(&problem, here, past)?.write(&mut w);
         }
         Ok(w)
@@ -266,7 +267,7 @@ impl<'a> IntervalModel<'a> {
             phi = beside(&phi, &rows_of_states(&s_past, coordinates));
             watched = beside(&watched, &s_past.select_rows(&self.watched));
             c = beside(&c, &c_past);
-            let here = Point { t, y, u: &[], p: &p, z };
+            let here = EvaluationPoint { t, y, u: &[], p: &p, z };
             let late = self.late.read(&problem, here, past)?;
             late.write(&mut w);
             late.differentiate(coordinates, variables, &mut c);
@@ -281,7 +282,7 @@ impl<'a> IntervalModel<'a> {
         problem: &ModelProblem<'_>,
         t: f64,
         at: &RunState,
-        past: Option<&Past>,
+        past: Option<&PastSolution>,
     ) -> Result<Looked, TrialFailure> {
         let run = self.consistent(problem, t, at, past)?;
         let (y, s, z) = run.parts();
@@ -289,12 +290,12 @@ impl<'a> IntervalModel<'a> {
         let mut u = vec![0.0; signature.n_u()];
         let read = problem.inputs_read();
         let read = read.map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))?;
-        read.value(t, Side::Right, &mut u);
+        read.value(t, LimitSide::Right, &mut u);
         if let Consistent::Run(run) = &run {
             let first = u.len() - run.n_past;
             u[first..].copy_from_slice(run.past(0));
         }
-        let point = Point { t, y, u: &u, p: problem.p, z };
+        let point = EvaluationPoint { t, y, u: &u, p: problem.p, z };
         let (mut f, mut g) = (vec![0.0; y.len()], vec![0.0; s.len()]);
         self.system.sensitivity_rhs(point, s, &mut f, &mut g);
         let n_w = signature.outputs.len();
@@ -324,7 +325,7 @@ impl<'a> IntervalModel<'a> {
         p: &[f64],
         over: Interval,
         without: [&[f64]; N],
-        with: impl Fn(&Past) -> Result<[Vec<f64>; N], TrialFailure>,
+        with: impl Fn(&PastSolution) -> Result<[Vec<f64>; N], TrialFailure>,
     ) -> Result<[DMatrix<f64>; N], TrialFailure> {
         let directions = self.system.signature().directions.len().max(1);
         let mut derivatives = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
@@ -356,7 +357,7 @@ impl<'a> IntervalModel<'a> {
         problem: &ModelProblem<'_>,
         from: &RunState,
         over: Interval,
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, TrialFailure> {
         let Some(past) = &from.past else {
             return self.run(problem, &[over.from, over.until], wanted);
@@ -376,10 +377,10 @@ impl<'a> IntervalModel<'a> {
         problem: &ModelProblem<'_>,
         t: f64,
         at: &RunState,
-        past: Option<&Past>,
+        past: Option<&PastSolution>,
     ) -> Result<Consistent, TrialFailure> {
         if !self.is_plain {
-            let wanted = Wanted::ResumedSensitivities(at.before(past));
+            let wanted = WantedResults::ResumedSensitivities(at.before(past));
             return Ok(Consistent::Run(Box::new(self.run(problem, &[t], wanted)?)));
         }
         let directions = &self.system.signature().directions;
@@ -397,9 +398,9 @@ impl<'a> IntervalModel<'a> {
         &self,
         problem: &ModelProblem<'_>,
         times: &[f64],
-        wanted: Wanted<'_>,
+        wanted: WantedResults<'_>,
     ) -> Result<Solution, TrialFailure> {
-        dgd_runtime::Solved::integrate(problem, times, &self.options, wanted)
+        dgd_runtime::SolvableSystem::integrate(problem, times, &self.options, wanted)
             .map_err(|failure| TrialFailure::Simulation(failure.error))
     }
 

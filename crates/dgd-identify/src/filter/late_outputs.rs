@@ -10,7 +10,7 @@ use std::borrow::Cow;
 
 use dgd_runtime::for_identify::{delay_sensitivities, delays};
 use dgd_runtime::model::{Model, ModelProblem};
-use dgd_runtime::{Direction, Inputs, IntegrateError, Point, Problem, Side};
+use dgd_runtime::{Direction, EvaluationPoint, Inputs, IntegrateError, LimitSide, Problem};
 use nalgebra::DMatrix;
 
 use super::coordinates::Coordinates;
@@ -33,7 +33,7 @@ struct LateOutput {
 /// The values of the delayed outputs at one time.
 pub(super) struct Readings<'a> {
     problem: &'a ModelProblem<'a>,
-    here: Point<'a>,
+    here: EvaluationPoint<'a>,
     past: &'a Remembered,
     all: Vec<(&'a LateOutput, Reading)>,
 }
@@ -79,7 +79,7 @@ impl LateOutputs {
     pub(super) fn read<'a>(
         &'a self,
         problem: &'a ModelProblem<'a>,
-        here: Point<'a>,
+        here: EvaluationPoint<'a>,
         past: &'a Remembered,
     ) -> Result<Readings<'a>, TrialFailure> {
         let mut unknowns = Vec::new();
@@ -148,8 +148,8 @@ impl Readings<'_> {
 }
 
 impl Reading {
-    fn at<'a>(&'a self, here: Point<'a>) -> Point<'a> {
-        Point { t: self.t, y: &self.y, u: &self.u, ..here }
+    fn at<'a>(&'a self, here: EvaluationPoint<'a>) -> EvaluationPoint<'a> {
+        EvaluationPoint { t: self.t, y: &self.y, u: &self.u, ..here }
     }
 }
 
@@ -158,7 +158,7 @@ fn inputs_read<'p>(problem: &'p ModelProblem<'_>) -> Result<Cow<'p, Inputs>, Tri
 }
 
 /// The values a time `tau` before a point; unknowns that are not remembered have their current values.
-fn reading(inputs: &Inputs, here: Point<'_>, tau: f64, past: &Remembered) -> Reading {
+fn reading(inputs: &Inputs, here: EvaluationPoint<'_>, tau: f64, past: &Remembered) -> Reading {
     let t = here.t - tau.max(0.0);
     let (mut y, mut ydot) = (here.y.to_vec(), vec![0.0; here.y.len()]);
     for (k, i) in past.watched().iter().enumerate() {
@@ -166,7 +166,7 @@ fn reading(inputs: &Inputs, here: Point<'_>, tau: f64, past: &Remembered) -> Rea
     }
     let mut u = vec![0.0; inputs.len()];
     let known = t.max(past.since());
-    let segment = inputs.segment(inputs.segment_at(known, Side::Right));
+    let segment = inputs.segment(inputs.segment_at(known, LimitSide::Right));
     segment.value(known, &mut u);
     Reading { t, y, ydot, u, udot: segment.udot.to_vec() }
 }

@@ -11,7 +11,7 @@
 //!
 //! If rows are dense, only some of them are nodes. Values beyond the longest delay are dropped.
 
-use dgd_runtime::for_identify::{Hat, NODES, Past, Seed};
+use dgd_runtime::for_identify::{HatFunction, HistoryPerturbation, NODES, PastSolution};
 use dgd_runtime::{Event, Solution};
 
 use super::coordinates::Coordinates;
@@ -30,7 +30,7 @@ const AT_ONCE: f64 = 1e-7;
 /// The past of an estimate.
 #[derive(Debug, Clone)]
 pub(super) struct Remembered {
-    past: Past,
+    past: PastSolution,
     /// Sizes of the unknowns.
     sizes: Vec<f64>,
     /// Times of the nodes, ascending; the last is the current time.
@@ -41,10 +41,10 @@ impl Remembered {
     /// The past of the unknowns at the positions `watched`; `sizes` has the sizes of all unknowns.
     pub(super) fn new(watched: &[usize], sizes: &[f64], t: f64, y: &[f64]) -> Self {
         let sizes = watched.iter().map(|i| sizes[*i]).collect();
-        Self { past: Past::new(watched.to_vec(), t, y), sizes, nodes: vec![t] }
+        Self { past: PastSolution::new(watched.to_vec(), t, y), sizes, nodes: vec![t] }
     }
 
-    pub(super) fn past(&self) -> &Past {
+    pub(super) fn past(&self) -> &PastSolution {
         &self.past
     }
 
@@ -171,10 +171,10 @@ impl Remembered {
         gone.iter().flat_map(|node| node * each..(node + 1) * each).collect()
     }
 
-    fn hat(&self, node: usize) -> Hat {
+    fn hat(&self, node: usize) -> HatFunction {
         let node_time = |node: usize| self.nodes.get(node).copied();
         let left = node.checked_sub(1).and_then(node_time);
-        Hat { left, top: self.nodes[node], right: node_time(node + 1) }
+        HatFunction { left, top: self.nodes[node], right: node_time(node + 1) }
     }
 
     /// Derivatives of one of the unknowns at a time with respect to each variable: positions and weights.
@@ -195,7 +195,7 @@ impl Remembered {
         let Interval { from, until } = over;
         let each = self.sizes.len();
         let is_read = |variable: &usize| {
-            let Hat { left, right, .. } = self.hat(variable / each);
+            let HatFunction { left, right, .. } = self.hat(variable / each);
             delays.iter().any(|&(unknown, tau)| {
                 unknown == variable % each
                     && left.is_none_or(|left| until - tau > left)
@@ -206,9 +206,9 @@ impl Remembered {
     }
 
     /// The past with the sensitivity to one variable in each direction, SI.
-    pub(super) fn seeded(&self, variables: &[usize]) -> Past {
+    pub(super) fn seeded(&self, variables: &[usize]) -> PastSolution {
         let each = self.sizes.len();
-        let seeds = variables.iter().enumerate().map(|(direction, variable)| Seed {
+        let seeds = variables.iter().enumerate().map(|(direction, variable)| HistoryPerturbation {
             direction,
             unknown: variable % each,
             hat: self.hat(variable / each),

@@ -10,7 +10,7 @@
 //! so that a recording at rest before and after a transient is divided within the transient.
 
 use dgd_runtime::for_identify::can_stream;
-use dgd_runtime::model::{Model, Samples, stream};
+use dgd_runtime::model::{Model, SampleReceiver, stream};
 use dgd_runtime::{Options, Problem};
 
 use crate::error::TrialFailure;
@@ -167,7 +167,7 @@ fn measured(recording: &Recording, output: usize, k: usize) -> Option<f64> {
     samples.get(k).copied().filter(|value| value.is_finite())
 }
 
-impl Samples for Filling<'_> {
+impl SampleReceiver for Filling<'_> {
     fn wants(&mut self, k: usize) -> bool {
         let outputs = 0..self.weights.sigma.len();
         k >= self.first

@@ -69,7 +69,7 @@ impl Samples {
             // Unknown values are not read either.
             let y: Vec<f64> =
                 point.y.iter().map(|y| if y.is_finite() { *y } else { 0.0 }).collect();
-            let point = dgd_runtime::Point { y: &y, ..point };
+            let point = dgd_runtime::EvaluationPoint { y: &y, ..point };
             system.linearize(point, &still, &mut f, &mut dfdy, &mut dfdt);
             system.input_jacobian(point, &mut dfdu);
             system.mass(point, &mut mass);

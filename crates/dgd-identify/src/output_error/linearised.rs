@@ -6,18 +6,19 @@
 //! ```
 //!
 //! Between samples inputs are linear, so the solution is exact ([`Responses`]); so are the derivatives with respect to
-//! θ, including those of A, B, C, D and of the point ([`Parametric`]). An input with a free delay jumps at a time that
+//! θ, including those of A, B, C, D and of the point ([`ParametricModel`]). An input with a free delay jumps at a time that
 //! moves: at a jump Δv of u(t − τ) the derivative of x jumps by −B Δv dτ/dθ.
 
 use dgd_runtime::for_identify::{
-    LateTimes, Matrices, Parametric, Responses, delay_sensitivities, verify_inputs, verify_request,
+    LateTimes, LinearMatrices, ParametricModel, Responses, delay_sensitivities, verify_inputs,
+    verify_request,
 };
 use dgd_runtime::linearize::{LinearAt, NotLinearised, OperatingPoint};
 use dgd_runtime::model::ModelProblem;
 use dgd_runtime::parallel::in_parallel_by_model;
 use dgd_runtime::{
-    Inputs, IntegrateError, LateValues, Observations, Options, Point, Problem, Segment, Side,
-    Solution, Text, consistent_start, simulate,
+    EvaluationPoint, Inputs, IntegrateError, LateValues, LimitSide, Observations, Options, Problem,
+    Segment, Solution, Text, consistent_start, simulate,
 };
 use nalgebra::DVector;
 
@@ -48,7 +49,7 @@ pub(crate) fn outputs_of(
         .and_then(|()| verify_inputs(problem, times).map_err(IntegrateError::Inputs))
         .map_err(NotLinearised::Run)?;
     let of_point = Problem { start: guess(recording, at, problem.start), ..*problem };
-    let model = Parametric::new(&of_point, at, times, options, with_slopes)?;
+    let model = ParametricModel::new(&of_point, at, times, options, with_slopes)?;
     let start = Start::new(problem, &model, from, options, n_s)?;
     let late = LateTimes::new(problem, times).map_err(NotLinearised::Run)?;
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
@@ -73,7 +74,7 @@ struct Start {
 impl Start {
     fn new(
         problem: &ModelProblem<'_>,
-        model: &Parametric,
+        model: &ParametricModel,
         t: f64,
         options: &Options,
         n_s: usize,
@@ -85,8 +86,8 @@ impl Start {
         let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
         let inputs = inputs.map_err(NotLinearised::Run)?;
         let mut u = vec![0.0; inputs.len()];
-        inputs.value(t, Side::Right, &mut u);
-        let point = Point { t, y: &[], u: &u, p: problem.p, z: &start.z };
+        inputs.value(t, LimitSide::Right, &mut u);
+        let point = EvaluationPoint { t, y: &[], u: &u, p: problem.p, z: &start.z };
         let mut mass = vec![0.0; n];
         system.mass(point, &mut mass);
         let other = (0..n).find(|i| (mass[*i] != 0.0) != model.states.contains(i));
@@ -109,9 +110,9 @@ impl Start {
 /// A linear simulation in progress: δx, and dδx/dθ by direction.
 struct Run<'a> {
     problem: &'a ModelProblem<'a>,
-    model: &'a Matrices,
+    model: &'a LinearMatrices,
     /// Derivatives of the matrices, by direction.
-    slopes: &'a [Option<Matrices>],
+    slopes: &'a [Option<LinearMatrices>],
     responses: Responses<'a>,
     inputs: &'a Inputs,
     /// ∂τ/∂θ of each delayed input, by direction and then by delayed input.
@@ -123,7 +124,7 @@ struct Run<'a> {
 impl<'a> Run<'a> {
     fn new(
         problem: &'a ModelProblem<'a>,
-        model: &'a Parametric,
+        model: &'a ParametricModel,
         inputs: &'a Inputs,
         start: Start,
     ) -> Self {
@@ -159,7 +160,7 @@ impl<'a> Run<'a> {
         solution.n_z = 0;
         let Some(&first) = times.first() else { return solution };
         let mut t = first;
-        let mut segment = self.inputs.segment_at(t, Side::Right);
+        let mut segment = self.inputs.segment_at(t, LimitSide::Right);
         for (k, &next) in times.iter().enumerate() {
             let last = self.inputs.segment_at(next, dgd_runtime::side(times, k));
             while segment < last {
@@ -269,7 +270,7 @@ impl<'a> Run<'a> {
 
     /// w, and dw/dθ by direction.
     fn outputs(&self, x: &[f64], s: &[f64], driven: &Driven) -> (DVector<f64>, Vec<DVector<f64>>) {
-        let Matrices { c, d, w, .. } = self.model;
+        let LinearMatrices { c, d, w, .. } = self.model;
         let x = DVector::from_column_slice(x);
         let value = w + c * &x + d * &driven.u;
         let columns = self.slopes.iter().zip(&driven.moved).enumerate();
@@ -291,10 +292,10 @@ impl<'a> Run<'a> {
         let dtau = if n_s == 0 { Vec::new() } else { delay_sensitivities(self.problem) };
         let dtau: Vec<f64> =
             dtau.chunks_exact(signature.delays.len()).map(|dtau| dtau[late.delay]).collect();
-        let Matrices { a, b, c, d, rates, .. } = self.model;
+        let LinearMatrices { a, b, c, d, rates, .. } = self.model;
         for (k, &read) in late.times.iter().enumerate() {
             let begun = read > solution.times[0];
-            let side = if begun { solution.side(k) } else { Side::Right };
+            let side = if begun { solution.side(k) } else { LimitSide::Right };
             let segment = self.inputs.segment(self.inputs.segment_at(read, side));
             let driven = self.driven(segment, read);
             let x = &late.y[k * n..(k + 1) * n];

@@ -16,7 +16,7 @@
 
 use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::signature::{Density, Distribution};
-use dgd_runtime::{Options, Point, Problem, Side, consistent_start};
+use dgd_runtime::{EvaluationPoint, LimitSide, Options, Problem, consistent_start};
 
 use super::fit::Total;
 use super::stepping::Accuracy;
@@ -189,12 +189,12 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
     unknown_sizes(&system, &consistent.y, &mut sizes);
     // Delayed unknowns follow the inputs in u; sizes hardly depend on them.
     let mut u = vec![0.0; signature.n_u()];
-    recording.inputs.value(t, Side::Right, &mut u[..recording.inputs.len()]);
+    recording.inputs.value(t, LimitSide::Right, &mut u[..recording.inputs.len()]);
     let n_w = signature.outputs.len();
     let [by_y, by_u, by_p] = &signature.output_jacobians;
     let mut dwdy = vec![0.0; by_y.len()];
     let (mut dwdu, mut dwdp) = (vec![0.0; by_u.len()], vec![0.0; by_p.len()]);
-    let point = Point { t, y: &consistent.y, u: &u, p: &p, z: &consistent.z };
+    let point = EvaluationPoint { t, y: &consistent.y, u: &u, p: &p, z: &consistent.z };
     system.output_jacobians(point, &mut dwdy, &mut dwdu, &mut dwdp, &mut vec![0.0; n_w]);
     let mut reaches = vec![0.0; n_w];
     for ((row, column), value) in by_y.positions().zip(&dwdy) {

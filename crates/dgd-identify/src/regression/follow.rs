@@ -11,7 +11,7 @@
 //! θ is p in units of its sizes, and P in units of their squares. With rows of several equations and outputs, each is
 //! divided by the scatter of its residuals at the start, relative to that of the first.
 
-use dgd_runtime::Point;
+use dgd_runtime::EvaluationPoint;
 use nalgebra::DMatrix;
 
 use crate::regression::error::RegressionError;
@@ -193,7 +193,7 @@ impl Following<'_> {
         rows: &mut Rows<'_>,
         recording: usize,
         sample: usize,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
     ) -> Option<Vec<f64>> {
         let Prepared { free, sizes, p, .. } = self.prepared;
         let n = free.len();

@@ -14,7 +14,7 @@
 
 use dgd_runtime::for_identify::changes_by_mode;
 use dgd_runtime::model::Model;
-use dgd_runtime::{Direction, Pattern, Point};
+use dgd_runtime::{Direction, EvaluationPoint, Pattern};
 
 use crate::recording::Recording;
 use crate::regression::error::RegressionError;
@@ -132,7 +132,7 @@ pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
     let mut dtau = vec![0.0; n_tau * n_s];
     let delayed = signature.delayed_unknowns.iter();
     if n_tau > 0 && delayed.len() > 0 {
-        let point = Point { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
+        let point = EvaluationPoint { t: 0.0, y: &[], u: &[], p: &p, z: &[] };
         system.delay_sensitivities(point, &mut dtau);
     }
     let moves = |delay: usize, j: &usize| {
@@ -228,7 +228,7 @@ impl<'a> Rows<'a> {
 
     /// Predicted values of all kinds at a point, and their derivatives with respect to the free parameters, kind by
     /// kind.
-    pub(crate) fn predict(&mut self, at: Point<'_>) -> (&[f64], &[f64]) {
+    pub(crate) fn predict(&mut self, at: EvaluationPoint<'_>) -> (&[f64], &[f64]) {
         let has = |wanted: fn(&RowOf) -> bool| self.kinds.iter().any(|kind| wanted(&kind.of));
         if has(|of| matches!(of, RowOf::Equation(_))) {
             self.system.rhs(at, &mut self.f);
@@ -257,7 +257,7 @@ impl<'a> Rows<'a> {
     }
 
     /// −∂f/∂x(t − τ) ẋ(t − τ) ∂τ/∂p.
-    fn add_delays(&mut self, at: Point<'_>) {
+    fn add_delays(&mut self, at: EvaluationPoint<'_>) {
         let signature = self.system.signature();
         self.system.input_jacobian(at, &mut self.dfdu);
         self.system.delay_sensitivities(at, &mut self.dtau);
@@ -284,20 +284,20 @@ impl<'a> Rows<'a> {
     pub(crate) fn with_late<T>(
         &mut self,
         recording: usize,
-        at: Point<'_>,
-        f: impl FnOnce(&mut Self, Point<'_>) -> T,
+        at: EvaluationPoint<'_>,
+        f: impl FnOnce(&mut Self, EvaluationPoint<'_>) -> T,
     ) -> T {
         let Some(mut late) = self.late.take() else { return f(self, at) };
         let mut u = std::mem::take(&mut self.u);
         u.copy_from_slice(at.u);
         late.write(self.system, &self.known[recording], BeforeRecord::AsAtFirst, at, &mut u);
-        let result = f(self, Point { u: &u, ..at });
+        let result = f(self, EvaluationPoint { u: &u, ..at });
         (self.late, self.u) = (Some(late), u);
         result
     }
 
     /// Whether the row is that of a differential equation at the point.
-    pub(crate) fn is_differential(&mut self, kind: usize, at: Point<'_>) -> bool {
+    pub(crate) fn is_differential(&mut self, kind: usize, at: EvaluationPoint<'_>) -> bool {
         match self.kinds[kind].of {
             RowOf::Equation(i) => {
                 self.system.mass(at, &mut self.mass);
@@ -308,7 +308,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Whether the multiplier of a row applies at the point: an algebraic equation has not been divided.
-    pub(crate) fn is_multiplied(&mut self, kind: usize, at: Point<'_>) -> bool {
+    pub(crate) fn is_multiplied(&mut self, kind: usize, at: EvaluationPoint<'_>) -> bool {
         match self.kinds[kind].of {
             RowOf::Equation(i) => !self.by_mode[i] || self.is_differential(kind, at),
             RowOf::Output(_) => true,
@@ -332,7 +332,13 @@ impl<'a> Rows<'a> {
         })
     }
 
-    fn target_at(&mut self, kind: usize, recording: usize, sample: usize, at: Point<'_>) -> f64 {
+    fn target_at(
+        &mut self,
+        kind: usize,
+        recording: usize,
+        sample: usize,
+        at: EvaluationPoint<'_>,
+    ) -> f64 {
         let known = &self.known[recording];
         let RowKind { of, reads, late, .. } = &self.kinds[kind];
         let layout = self.system.signature().past();
@@ -369,7 +375,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Whether the parameters of an equation only enter in modes other than those at the point.
-    fn is_idle(&mut self, kind: usize, at: Point<'_>) -> bool {
+    fn is_idle(&mut self, kind: usize, at: EvaluationPoint<'_>) -> bool {
         let RowOf::Equation(i) = self.kinds[kind].of else { return false };
         if !self.by_mode[i] || self.is_differential(kind, at) {
             return false;

@@ -1,6 +1,6 @@
 //! Residuals of a fit as a function of its estimates, for external optimisers and samplers.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::{
     Noise, OutputErrorProblem, Prior, Recording, Starts, TrialFailure, evaluate,
     outputs_with_sensitivities,
@@ -42,7 +42,7 @@ pub struct Variable {
 /// declared noise.
 #[derive(Debug)]
 pub struct Objective {
-    system: Loaded,
+    system: LoadedSystem,
     p: Vec<f64>,
     recordings: Vec<Recording>,
     names: Vec<String>,
@@ -298,7 +298,7 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
 
 /// All free parameters, then the initial values of each recording.
 fn variables(
-    system: &Loaded,
+    system: &LoadedSystem,
     p: &[f64],
     recordings: &[Recording],
     names: &[String],

@@ -7,7 +7,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
 use dgd_compiler::source::SourceMap;
 use dgd_data::files::journal::RunJournal;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::filter::FilterProblem;
 use dgd_identify::journal::{Digest, Keeping};
 use dgd_identify::{
@@ -45,7 +45,7 @@ pub(super) struct Task<'s> {
     pub(super) compiled: CompiledStages,
     pub(super) sources: SourceMap,
     pub(super) options_of_model: ModelOptions,
-    pub(super) system: Loaded,
+    pub(super) system: LoadedSystem,
     /// Parameters from the model file and `--set`, SI.
     pub(super) p: Vec<f64>,
     pub(super) train: Vec<Recording>,

@@ -5,7 +5,7 @@ mod page;
 mod report;
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_runtime::linearize::{OperatingPoint, Rest, SteadyStateError, rest};
+use dgd_runtime::linearize::{OperatingPoint, SteadyState, SteadyStateError, rest};
 use dgd_runtime::{Inputs, Problem};
 
 use crate::error::WorkError;
@@ -42,11 +42,11 @@ pub fn linearize(
     let run = Run::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
     session.listener.begins(false);
-    let Rest { at, conserved } = match request.at {
+    let SteadyState { at, conserved } = match request.at {
         LinearizeAt::Time(t) => {
             let reach = || OperatingPoint::reached(&run.problem(), from, t, &run.options);
             let reached = told(session, [from, t], reach);
-            Rest { at: reached.map_err(failed)?, conserved: Vec::new() }
+            SteadyState { at: reached.map_err(failed)?, conserved: Vec::new() }
         }
         LinearizeAt::Steady => rest(&run.problem(), from, &run.options).map_err(no_rest)?,
         LinearizeAt::Mean if request.data.is_none() => {

@@ -6,7 +6,7 @@ use std::io;
 use dgd_data::cell::{push_number, quoted};
 use dgd_plot::Figure;
 use dgd_runtime::linearize::{
-    Channel, DMatrix, LateUnknown, OperatingPoint, Pole, Poles, Stability, StateSpace,
+    DMatrix, LateUnknown, LinearInput, OperatingPoint, Pole, Poles, Stability, StateSpace,
 };
 use dgd_runtime::{Output, Signature, Unit};
 use serde::{Serialize, Serializer};
@@ -179,7 +179,7 @@ impl Linearised {
             let name = &signature.inputs[input].name;
             if tau == 0.0 { name.to_string() } else { late_name(name, tau) }
         };
-        let channel = |(channel, value): (&Channel, &f64)| {
+        let channel = |(channel, value): (&LinearInput, &f64)| {
             let unit = signature.inputs[channel.input()].unit.clone();
             let delayed = |tau| Quantity {
                 name: late_input(channel.input(), tau),
@@ -187,9 +187,9 @@ impl Linearised {
                 value: *value,
             };
             match *channel {
-                Channel::Input(_) => delayed(0.0),
-                Channel::Late { tau, .. } => delayed(tau),
-                Channel::Slope { tau, .. } => {
+                LinearInput::Input(_) => delayed(0.0),
+                LinearInput::Late { tau, .. } => delayed(tau),
+                LinearInput::Slope { tau, .. } => {
                     let delayed = delayed(tau);
                     Quantity { name: format!("der({})", delayed.name), ..delayed.rate(*value) }
                 }
@@ -478,9 +478,9 @@ impl Linearised {
         let channels = self.channels.iter().zip(&self.system.channels).map(|(own, channel)| {
             let mut result = entry(own);
             let (delay, is_slope) = match *channel {
-                Channel::Input(_) => (0.0, false),
-                Channel::Late { tau, .. } => (tau, false),
-                Channel::Slope { tau, .. } => (tau, true),
+                LinearInput::Input(_) => (0.0, false),
+                LinearInput::Late { tau, .. } => (tau, false),
+                LinearInput::Slope { tau, .. } => (tau, true),
             };
             result["input"] = json!(self.signature.inputs[channel.input()].name);
             result["delay"] = json!(delay);

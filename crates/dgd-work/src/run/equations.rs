@@ -1,9 +1,10 @@
 //! A model's equations at single points, in declared units, for external solvers.
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::{
-    Inputs, Pattern, Point, Side, Signature, System, Unit, consistent_start, discrete_numbers,
+    EvaluationPoint, Inputs, LimitSide, Pattern, Signature, System, Unit, consistent_start,
+    discrete_numbers,
 };
 
 use crate::error::WorkError;
@@ -23,7 +24,7 @@ use crate::session::Session;
 /// | row i of f, where Mᵢ is 0 | SI |
 #[derive(Debug)]
 pub struct Equations {
-    system: Loaded,
+    system: LoadedSystem,
     /// SI.
     p: Vec<f64>,
     inputs: Inputs,
@@ -83,7 +84,7 @@ pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations
     };
     let Run { system, p, inputs, times, .. } = run;
     let mut mass = vec![0.0; system.signature().unknowns.len()];
-    let point = Point { t: times[0], y: &[], u: &[], p: &p, z: &z };
+    let point = EvaluationPoint { t: times[0], y: &[], u: &[], p: &p, z: &z };
     system.mass(point, &mut mass);
     Ok(Equations { system, p, inputs, times, start, z, mass })
 }
@@ -192,9 +193,9 @@ impl Equations {
         Ok(outputs.iter().zip(w).map(|(output, w)| output.unit.from_si(w)).collect())
     }
 
-    fn point<'a>(&'a self, numbers: &'a Numbers) -> Point<'a> {
+    fn point<'a>(&'a self, numbers: &'a Numbers) -> EvaluationPoint<'a> {
         let Numbers { t, y, u, p } = numbers;
-        Point { t: *t, y, u, p, z: &self.z }
+        EvaluationPoint { t: *t, y, u, p, z: &self.z }
     }
 
     /// Number of SI units in the unit of a row of f.
@@ -235,7 +236,7 @@ impl Equations {
     fn inputs_si(&self, t: f64) -> Result<Vec<f64>, WorkError> {
         self.inputs.cover(t, t).map_err(|error| WorkError::Found(error.to_string()))?;
         let mut u = vec![0.0; self.inputs.len()];
-        self.inputs.value(t, Side::Right, &mut u);
+        self.inputs.value(t, LimitSide::Right, &mut u);
         Ok(u)
     }
 }

@@ -45,7 +45,7 @@ const MOST_ROWS: f64 = 1e8;
 
 /// A model ready to run on its data.
 pub(crate) struct Run {
-    pub system: dgd_execute::Loaded,
+    pub system: dgd_execute::LoadedSystem,
     /// Parameters, SI.
     pub p: Vec<f64>,
     pub inputs: Inputs,
@@ -179,7 +179,7 @@ impl Run {
         }
     }
 
-    pub(crate) fn problem(&self) -> Problem<'_, dgd_execute::Loaded> {
+    pub(crate) fn problem(&self) -> Problem<'_, dgd_execute::LoadedSystem> {
         Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
     }
 
@@ -339,9 +339,12 @@ fn needs_data(signature: &Signature) -> WorkError {
 }
 
 /// Loads a program with the requested engine.
-pub(crate) fn executable(program: Program, args: &Solve) -> Result<dgd_execute::Loaded, WorkError> {
+pub(crate) fn executable(
+    program: Program,
+    args: &Solve,
+) -> Result<dgd_execute::LoadedSystem, WorkError> {
     let engine = args.engine;
-    let system = dgd_execute::Loaded::with_engine(program, engine);
+    let system = dgd_execute::LoadedSystem::with_engine(program, engine);
     if engine == Engine::Native {
         system.compile().map_err(|error| WorkError::Computation(error.to_string()))?;
     }
@@ -377,7 +380,7 @@ pub(crate) fn with_method(options: Options, args: &Solve, signature: &Signature)
 pub(crate) fn with_method_per_sample(
     options: Options,
     args: &Solve,
-    problem: &Problem<'_, dgd_execute::Loaded>,
+    problem: &Problem<'_, dgd_execute::LoadedSystem>,
     times: &[f64],
 ) -> Result<Options, WorkError> {
     if args.method != AUTOMATIC || !matches!(options.steps, Steps::PerSample(_)) {
@@ -393,7 +396,7 @@ pub(crate) fn with_method_per_sample(
 pub(crate) fn with_method_to_begin<'a>(
     options: Options,
     args: &Solve,
-    runs: impl IntoIterator<Item = (Problem<'a, dgd_execute::Loaded>, f64)>,
+    runs: impl IntoIterator<Item = (Problem<'a, dgd_execute::LoadedSystem>, f64)>,
     session: Session<'_>,
 ) -> Options {
     if args.method != AUTOMATIC || matches!(options.steps, Steps::PerSample(_)) {
@@ -465,7 +468,7 @@ fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, W
 /// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest correction (in units of
 /// each unknown's size) if the outputs do not determine all states.
 pub(crate) fn measured_start(
-    problem: &Problem<'_, dgd_execute::Loaded>,
+    problem: &Problem<'_, dgd_execute::LoadedSystem>,
     t: f64,
     measured: &Measured,
     options: &Options,

@@ -8,9 +8,9 @@ use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::Unit;
 use dgd_data::select::{self, Gaps};
 use dgd_data::{Epoch, Reading, Rename, Sha256Digest, Table};
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording as Experiment;
-use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
+use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System};
 
 use crate::error::WorkError;
 use crate::model::Compilation;
@@ -44,11 +44,11 @@ pub(crate) struct Recording {
 impl Recording {
     /// The inputs as functions of time.
     pub(crate) fn inputs(&self, signature: &Signature) -> Result<Inputs, WorkError> {
-        let columns: Vec<Column<'_>> = signature
+        let columns: Vec<InputColumn<'_>> = signature
             .inputs
             .iter()
             .zip(&self.inputs)
-            .map(|(input, values)| Column {
+            .map(|(input, values)| InputColumn {
                 name: &input.name,
                 interpolation: input.interpolation,
                 values,
@@ -163,7 +163,7 @@ impl Recording {
     /// The part between `--from` and `--until` for a fit, with initial values from the source given by `--start`.
     pub(crate) fn experiment(
         &self,
-        system: &Loaded,
+        system: &LoadedSystem,
         p: &[f64],
         path: &Path,
         args: &Solve,

@@ -9,7 +9,7 @@ use dgd_compiler::diagnostics::Diagnostic;
 use dgd_compiler::units::Unit;
 use dgd_data::Table;
 use dgd_data::select::{self, Declared};
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::{Options, Signature, System};
 use dgd_screen::redundant::stem;
 use dgd_screen::{Estimate, RARE, Stretch, Weight, mean};
@@ -20,7 +20,7 @@ use crate::output::quantity::stretches;
 
 /// A model, and the recorded quantities it uses.
 pub(crate) struct Model<'a> {
-    pub system: &'a Loaded,
+    pub system: &'a LoadedSystem,
     pub dae: &'a Dae,
     pub options: Options,
 }

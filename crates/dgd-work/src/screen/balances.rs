@@ -3,7 +3,7 @@
 //! An equation ẏᵢ = fᵢ(y, u) is checked if it has no free parameter, and yᵢ and all unknowns that it reads follow from
 //! outputs without one. Unknowns are computed as for `--start measured`, from means over a few samples.
 
-use dgd_runtime::{Pattern, Point, System};
+use dgd_runtime::{EvaluationPoint, Pattern, System};
 use dgd_screen::balance::{Balance, Cause, Explanation, imbalance};
 use dgd_screen::{Estimate, RARE, Weight};
 
@@ -123,7 +123,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
             continue;
         }
         let u: Vec<f64> = found.u.iter().map(|values| values[k]).collect();
-        let point = Point { t, y: &y, u: &u, p: &p, z: &[] };
+        let point = EvaluationPoint { t, y: &y, u: &u, p: &p, z: &[] };
         model.system.linearize(point, &still, &mut f, &mut dfdy, &mut dfdt);
         model.system.input_jacobian(point, &mut dfdu);
         rate[k] = f[row];

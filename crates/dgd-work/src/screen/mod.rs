@@ -78,7 +78,7 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
             load(model, &request.choices, &SensitivityDirections::None, session)?;
         of_model = Some(digest);
         session.spare(&sources)?;
-        let system = dgd_execute::Loaded::new(compiled.program);
+        let system = dgd_execute::LoadedSystem::new(compiled.program);
         let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
         let n = recordings.len();
         for (k, one) in recordings.iter_mut().enumerate() {

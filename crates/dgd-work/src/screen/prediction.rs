@@ -3,7 +3,7 @@
 //! A prediction is made only if it depends neither on parameters to be estimated nor on initial values: both are moved
 //! by a tenth, and the change due to parameters adds to the uncertainty.
 
-use dgd_runtime::{Inputs, Parameter, Point, Problem, System, start_from_outputs};
+use dgd_runtime::{EvaluationPoint, Inputs, Parameter, Problem, System, start_from_outputs};
 use dgd_screen::{Estimate, Steady, mean};
 
 use super::Screened;
@@ -109,7 +109,7 @@ impl Model<'_> {
     ) -> Option<f64> {
         let y = self.state_at(u, p, measured, &[], moved)?;
         let mut w = vec![0.0; self.signature().outputs.len()];
-        self.system.outputs(Point { t: 0.0, y: &y, u, p, z: &[] }, &mut w);
+        self.system.outputs(EvaluationPoint { t: 0.0, y: &y, u, p, z: &[] }, &mut w);
         Some(w[output]).filter(|w| w.is_finite())
     }
 
@@ -133,7 +133,7 @@ impl Model<'_> {
             None => start.to_vec(),
             Some(share) => {
                 let mut y = vec![0.0; signature.unknowns.len()];
-                self.system.start(Point { t: 0.0, y: &[], u, p, z: &[] }, &mut y);
+                self.system.start(EvaluationPoint { t: 0.0, y: &[], u, p, z: &[] }, &mut y);
                 let differential = signature.unknowns.differential();
                 let nominal =
                     |i: usize| signature.unknowns.nominal(i).unwrap_or(y[i].abs().max(1e-3));

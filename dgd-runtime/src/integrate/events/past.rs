@@ -4,7 +4,7 @@
 
 use crate::integrate::enclosure::{Interval, Tube};
 use crate::integrate::simulation::Simulation;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 
 /// Delayed values that event functions read, at the ends and the middle of a part of a step.
 pub(in crate::integrate) struct PastValues {
@@ -41,7 +41,7 @@ impl PastValues {
     }
 }
 
-impl<S: Solved> Simulation<'_, S> {
+impl<S: SolvableSystem> Simulation<'_, S> {
     /// Takes the delayed values that event functions read in a part of the last tried step, of size h.
     pub(super) fn take_past(&mut self, h: f64, [from, to]: [f64; 2]) {
         if self.discrete.past.is_empty() {

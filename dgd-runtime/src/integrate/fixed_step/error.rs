@@ -8,7 +8,7 @@ use crate::integrate::methods::catalogue::{Method, MethodKind};
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::taylor;
 use crate::problem::Problem;
-use crate::solved::Solved;
+use crate::solved::SolvableSystem;
 use crate::system::Signature;
 
 /// Why a run with equal steps per sample is not possible, or not accurate enough.
@@ -64,7 +64,7 @@ pub enum PerSampleError {
 }
 
 /// Checks that a method can run a model with equal steps per sample.
-pub(crate) fn verify<S: Solved>(
+pub(crate) fn verify<S: SolvableSystem>(
     problem: &Problem<'_, S>,
     method: &Method,
 ) -> Result<(), PerSampleError> {

@@ -1,7 +1,7 @@
 //! Inner constants of an effect, which have no influence at its null, and the grids on which they are tried.
 
 use dgd_compiler::effects::AddedItems;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::Recording;
 use dgd_runtime::System;
 
@@ -48,7 +48,7 @@ impl Inner {
 
 /// The inner constants of a candidate.
 pub(super) fn inner_constants(
-    system: &Loaded,
+    system: &LoadedSystem,
     candidate: &Candidate<'_>,
     brought: &AddedItems,
     recordings: &[Recording],

@@ -20,7 +20,7 @@ mod steps;
 mod weighted;
 
 use dgd_compiler::effects::{AddedItems, EffectBlending};
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::journal::kept;
 use dgd_runtime::parallel::{in_parallel, in_parallel_stateless};
 use dgd_runtime::{Direction, System};
@@ -441,12 +441,17 @@ impl Parts<'_> {
         with_it.is_ok_and(|with_it| starts(&with_it) > self.starts)
     }
 
-    fn inner_of_one(&self, system: &Loaded, one: usize, brought: &AddedItems) -> Vec<Inner> {
+    fn inner_of_one(&self, system: &LoadedSystem, one: usize, brought: &AddedItems) -> Vec<Inner> {
         inner_constants(system, &self.all[one], brought, self.data.train, self.ranges)
     }
 
     /// The inner constants of each of some candidates.
-    fn inner_of(&self, some: &[usize], system: &Loaded, brought: &[AddedItems]) -> Vec<Vec<Inner>> {
+    fn inner_of(
+        &self,
+        some: &[usize],
+        system: &LoadedSystem,
+        brought: &[AddedItems],
+    ) -> Vec<Vec<Inner>> {
         let each = some.iter().zip(brought);
         each.map(|(&one, brought)| self.inner_of_one(system, one, brought)).collect()
     }
@@ -464,7 +469,7 @@ type Place = Vec<Vec<f64>>;
 /// Candidates that are simulated together.
 #[derive(Clone, Copy)]
 struct Together<'a> {
-    system: &'a Loaded,
+    system: &'a LoadedSystem,
     brought: &'a [AddedItems],
     /// The inner constants of each.
     inner: &'a [Vec<Inner>],
@@ -492,7 +497,7 @@ struct Promise {
 ///
 /// Several λ of one candidate are treated one after another, each orthogonal to those before.
 fn promise(
-    system: &Loaded,
+    system: &LoadedSystem,
     lambdas: &[&String],
     brought: &AddedItems,
     columns: &[Vec<f64>],

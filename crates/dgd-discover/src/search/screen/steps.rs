@@ -10,7 +10,7 @@
 //! for the whole step, at some points between the edge and the other end of the limit's range.
 
 use dgd_compiler::effects::AddedItems;
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
 use dgd_runtime::signature::Parameter;
@@ -44,7 +44,11 @@ impl Limit<'_> {
 }
 
 /// The parameters of a kinked effect whose null is one end of their range.
-fn limits<'a>(system: &Loaded, one: &Candidate<'_>, brought: &'a AddedItems) -> Vec<Limit<'a>> {
+fn limits<'a>(
+    system: &LoadedSystem,
+    one: &Candidate<'_>,
+    brought: &'a AddedItems,
+) -> Vec<Limit<'a>> {
     let limit = |name: &'a String| {
         let mut parameters = system.signature().parameters.iter();
         let &Parameter { value, lower, upper, .. } = parameters.find(|p| *p.name == **name)?;
@@ -62,7 +66,7 @@ impl Parts<'_> {
     /// The promise of a candidate with its limits moved, all by the same share of their ranges.
     pub(super) fn steps(
         &self,
-        system: &Loaded,
+        system: &LoadedSystem,
         one: &Candidate<'_>,
         brought: &AddedItems,
     ) -> Vec<Promise> {
@@ -101,7 +105,7 @@ impl Parts<'_> {
     /// The promise of moved limits; `None` if they change nothing that is measured, or cannot be simulated.
     fn step(
         &self,
-        system: &Loaded,
+        system: &LoadedSystem,
         moved: Vec<(String, f64)>,
         as_it_is: &[f64],
     ) -> Option<Promise> {

@@ -1,6 +1,6 @@
 //! Residuals and sensitivities of the measured samples, in units of the noise and whitened.
 
-use dgd_execute::Loaded;
+use dgd_execute::LoadedSystem;
 use dgd_identify::outputs_with_sensitivities as observe;
 use dgd_identify::{Derivatives, Recording, outputs_of};
 use dgd_runtime::{Direction, System};
@@ -56,7 +56,7 @@ struct Part {
 /// One column for each direction over the samples of all training recordings, and the number of samples at which a
 /// derivative is undefined.
 pub(super) fn sensitivities(
-    system: &Loaded,
+    system: &LoadedSystem,
     values: &Values,
     data: &Data<'_>,
 ) -> Option<(Vec<Vec<f64>>, usize)> {
@@ -68,7 +68,7 @@ pub(super) fn sensitivities(
 }
 
 /// Simulated outputs at the measured samples, in units of the noise and whitened, in the order of the columns above.
-pub(super) fn outputs(system: &Loaded, values: &Values, data: &Data<'_>) -> Option<Vec<f64>> {
+pub(super) fn outputs(system: &LoadedSystem, values: &Values, data: &Data<'_>) -> Option<Vec<f64>> {
     let p = values.parameters(system);
     let mut outputs = Vec::new();
     for (r, recording) in data.train.iter().enumerate() {
@@ -92,7 +92,7 @@ pub(super) fn outputs(system: &Loaded, values: &Values, data: &Data<'_>) -> Opti
 }
 
 fn sensitivities_by_recording(
-    system: &Loaded,
+    system: &LoadedSystem,
     values: &Values,
     data: &Data<'_>,
 ) -> Option<Vec<Part>> {

@@ -8,7 +8,7 @@ pub(super) mod side_by_side;
 
 use dgd_runtime::model::Model;
 use dgd_runtime::parallel::in_parallel_by_model;
-use dgd_runtime::{Options, Side};
+use dgd_runtime::{LimitSide, Options};
 use nalgebra::{DMatrix, DVector};
 
 use super::error::FilterError;
@@ -43,7 +43,7 @@ fn usual(problem: &PredictionErrorProblem<'_>) -> Result<Tuning, EstimateError> 
         return Err(EstimateError::NothingMeasured);
     };
     let mut u = vec![0.0; recording.inputs.len()];
-    recording.inputs.value(t, Side::Right, u.as_mut());
+    recording.inputs.value(t, LimitSide::Right, u.as_mut());
     let filter = FilterProblem {
         start: recording.start.clone(),
         options: problem.options,

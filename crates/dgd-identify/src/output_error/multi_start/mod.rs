@@ -11,7 +11,7 @@ pub(crate) mod points;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dgd_runtime::Watched;
+use dgd_runtime::RunMonitor;
 use dgd_runtime::parallel::in_parallel_by_model;
 
 use crate::error::EstimateError;
@@ -245,7 +245,7 @@ impl Watch for Silent<'_> {
         self.0.is_stopped()
     }
 
-    fn watched(&self) -> Option<&'static Watched> {
+    fn watched(&self) -> Option<&'static RunMonitor> {
         self.0.watched()
     }
 }

@@ -12,7 +12,7 @@
 
 use dgd_runtime::model::Model;
 use dgd_runtime::signature::{Automaton, AutomatonKind, Crossing};
-use dgd_runtime::system::Point;
+use dgd_runtime::system::EvaluationPoint;
 use dgd_runtime::{Direction, Problem, Solution, side, simulate};
 
 use crate::noise::Noise;
@@ -157,7 +157,7 @@ impl Run<'_> {
         let (t, y, z) = (self.recording.times[k], self.solution.y(k), self.solution.z(k));
         let mut u = vec![0.0; signature.inputs.len()];
         self.recording.inputs.value(t, side(&self.recording.times, k), &mut u);
-        let point = Point { t, y, u: &u, p, z };
+        let point = EvaluationPoint { t, y, u: &u, p, z };
         let discrete = &signature.discrete;
         let n_e = discrete.automata.iter().map(|automaton| automaton.transitions.len()).sum();
         let udot = vec![0.0; u.len()];

@@ -1,6 +1,6 @@
 //! Sensitivity of unknowns to the readings that determine them.
 
-use dgd_runtime::Point;
+use dgd_runtime::EvaluationPoint;
 use dgd_runtime::for_identify::unknown_sizes;
 use dgd_runtime::model::Model;
 use nalgebra::DMatrix;
@@ -39,7 +39,7 @@ impl<'a> Gains<'a> {
             }
         }
         let y = self.guess.clone();
-        let (matrix, _) = self.solver.linearized(Point { y: &y, ..point }, measured)?;
+        let (matrix, _) = self.solver.linearized(EvaluationPoint { y: &y, ..point }, measured)?;
         if !self.solver.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
             let inverse = Inverse::of(&matrix)?;
             self.solver.last = Some((matrix, inverse));

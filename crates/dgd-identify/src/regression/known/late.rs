@@ -9,7 +9,7 @@
 //! record are unknown: samples whose history begins there have no rows. These samples are determined before the search
 //! for a delay, or it would become longer to get rid of rows.
 
-use dgd_runtime::Point;
+use dgd_runtime::EvaluationPoint;
 use dgd_runtime::model::Model;
 
 use crate::regression::known::Known;
@@ -50,7 +50,7 @@ impl Late {
         system: &dyn Model,
         known: &Known,
         before: BeforeRecord,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         u: &mut [f64],
     ) {
         let signature = system.signature();

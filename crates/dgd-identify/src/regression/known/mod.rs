@@ -21,7 +21,7 @@ pub(super) mod slopes;
 
 use dgd_runtime::for_identify::{choose_sides, select_states, unknown_sizes};
 use dgd_runtime::model::Model;
-use dgd_runtime::{Inputs, Pattern, Point, Problem, Side, discrete_numbers, side};
+use dgd_runtime::{EvaluationPoint, Inputs, LimitSide, Pattern, Problem, discrete_numbers, side};
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::{EstimateError, TrialFailed};
@@ -87,18 +87,18 @@ pub(crate) struct Known {
 
 impl Known {
     /// The point at which the rows of sample k are evaluated.
-    pub(crate) fn point<'a>(&'a self, k: usize, p: &'a [f64]) -> Point<'a> {
+    pub(crate) fn point<'a>(&'a self, k: usize, p: &'a [f64]) -> EvaluationPoint<'a> {
         self.at(k, &self.u, &self.z, p)
     }
 
     /// The point just before the inputs take their values at sample k.
-    pub(crate) fn point_before<'a>(&'a self, k: usize, p: &'a [f64]) -> Point<'a> {
+    pub(crate) fn point_before<'a>(&'a self, k: usize, p: &'a [f64]) -> EvaluationPoint<'a> {
         self.at(k, &self.u_before, &self.z_before, p)
     }
 
-    fn at<'a>(&'a self, k: usize, u: &'a [f64], z: &'a [f64], p: &'a [f64]) -> Point<'a> {
+    fn at<'a>(&'a self, k: usize, u: &'a [f64], z: &'a [f64], p: &'a [f64]) -> EvaluationPoint<'a> {
         let Self { n, n_u, n_z, .. } = *self;
-        Point {
+        EvaluationPoint {
             t: self.times[k],
             y: &self.y[k * n..(k + 1) * n],
             u: &u[k * n_u..(k + 1) * n_u],
@@ -265,7 +265,7 @@ impl Known {
         let both = self.u.chunks_exact_mut(self.n_u).zip(self.u_before.chunks_exact_mut(self.n_u));
         for (k, (u, before)) in both.enumerate() {
             inputs.value(self.times[k], side(&self.times, k), u);
-            inputs.value(self.times[k], Side::Left, before);
+            inputs.value(self.times[k], LimitSide::Left, before);
         }
     }
 
@@ -300,7 +300,11 @@ impl Known {
             if let Some(carrier) = &mut carrier {
                 if k == 0 {
                     z = discrete_numbers(&system, p, t);
-                    solver.solve(Point { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
+                    solver.solve(
+                        EvaluationPoint { t, y: &[], u: &u, p, z: &z },
+                        &measured,
+                        &mut guess,
+                    );
                     carrier.y.copy_from_slice(&guess);
                 }
                 let Some(now) = carrier.next(k) else {
@@ -313,8 +317,18 @@ impl Known {
                 z = now.z;
             } else if n_z > 0 {
                 z = discrete_numbers(&system, p, t);
-                select_states(&system, Point { t, y: &guess, u: &u, p, z: &[] }, &mut z, &mut e);
-                choose_sides(&system, Point { t, y: &guess, u: &u, p, z: &[] }, &mut e, &mut z);
+                select_states(
+                    &system,
+                    EvaluationPoint { t, y: &guess, u: &u, p, z: &[] },
+                    &mut z,
+                    &mut e,
+                );
+                choose_sides(
+                    &system,
+                    EvaluationPoint { t, y: &guess, u: &u, p, z: &[] },
+                    &mut e,
+                    &mut z,
+                );
                 self.z_before[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
             }
             self.z[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
@@ -322,12 +336,13 @@ impl Known {
                 let point = before.point(k, p);
                 late.write(system, before, BeforeRecord::Unknown, point, &mut u);
             }
-            let solved = solver.solve(Point { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
+            let solved =
+                solver.solve(EvaluationPoint { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);
             let is_given = solved.unwrap_or_else(|| vec![false; n]);
             let mut is_known = is_given.clone();
             if let Some(carrier) = &mut carrier {
                 // Estimated parameters decide whether the run reached the threshold in time.
-                let point = Point { t, y: carrier.simulated(), u: &u, p, z: &z };
+                let point = EvaluationPoint { t, y: carrier.simulated(), u: &u, p, z: &z };
                 self.cuts[k] |= k > 0 && is_reset(system, point, &is_given, &guess);
                 carrier.keep(&sensors.free, &is_given, &guess, &mut is_known);
             }
@@ -410,13 +425,13 @@ impl<'a> Solver<'a> {
     /// guess then stays.
     fn solve(
         &mut self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         measured: &dyn Fn(usize) -> f64,
         guess: &mut [f64],
     ) -> Option<Vec<bool>> {
         let mut y = guess.to_vec();
         for _ in 0..MOST_ITERATIONS {
-            let (matrix, rest) = self.linearized(Point { y: &y, ..at }, measured)?;
+            let (matrix, rest) = self.linearized(EvaluationPoint { y: &y, ..at }, measured)?;
             if !self.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
                 let inverse = Inverse::of(&matrix)?;
                 self.last = Some((matrix, inverse));
@@ -444,7 +459,7 @@ impl<'a> Solver<'a> {
     /// Weighted rows over unknowns in their sizes, and their residuals.
     fn linearized(
         &mut self,
-        at: Point<'_>,
+        at: EvaluationPoint<'_>,
         measured: &dyn Fn(usize) -> f64,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let signature = self.system.signature();

@@ -5,9 +5,11 @@
 //! an unknown without readings, such as the level in a line while it drains, follows its own equations, and counts as
 //! known if these contain no estimated parameter and read no other such unknown.
 
-use dgd_runtime::integrate::Memory;
+use dgd_runtime::integrate::RunMemory;
 use dgd_runtime::model::Model;
-use dgd_runtime::{Before, Discrete, Options, Pattern, Point, Problem, Solution, Wanted};
+use dgd_runtime::{
+    Discrete, EvaluationPoint, Options, Pattern, PriorState, Problem, Solution, WantedResults,
+};
 
 use crate::recording::Recording;
 
@@ -33,7 +35,7 @@ pub(crate) struct Carrier<'a> {
     p: &'a [f64],
     recording: &'a Recording,
     options: Options,
-    memory: Option<Memory>,
+    memory: Option<RunMemory>,
     /// Unknowns: simulated up to a sample, and corrected by the readings there.
     pub y: Vec<f64>,
     simulated: Vec<f64>,
@@ -143,15 +145,20 @@ impl<'a> Carrier<'a> {
     fn run(&self, start: &[(usize, f64)], times: &[f64]) -> Option<Solution> {
         let Self { system, p, .. } = *self;
         let problem = Problem { system: &system, p, inputs: &self.recording.inputs, start };
-        let before = Before { memory: self.memory.as_ref(), ..Before::default() };
-        let wanted = Wanted::Resumed(before);
-        dgd_runtime::Solved::integrate(&problem, times, &self.options, wanted).ok()
+        let before = PriorState { memory: self.memory.as_ref(), ..PriorState::default() };
+        let wanted = WantedResults::Resumed(before);
+        dgd_runtime::SolvableSystem::integrate(&problem, times, &self.options, wanted).ok()
     }
 }
 
 /// Whether the reading of an unknown that a transition resets is closer to the reset value than to the value in `at`,
 /// which a run without the transition has reached.
-pub(crate) fn is_reset(system: &dyn Model, at: Point<'_>, given: &[bool], y: &[f64]) -> bool {
+pub(crate) fn is_reset(
+    system: &dyn Model,
+    at: EvaluationPoint<'_>,
+    given: &[bool],
+    y: &[f64],
+) -> bool {
     let discrete = &system.signature().discrete;
     let transitions =
         || discrete.transitions().flat_map(|(k, of)| of.resets.iter().map(move |i| (k, *i)));

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use dgd_identify::{Evaluation, Recording};
-use dgd_runtime::{Observations, Side, Signature, Unit};
+use dgd_runtime::{LimitSide, Observations, Signature, Unit};
 
 use crate::fit::report::standard::Standardised;
 use crate::output::columns::in_unit;
@@ -149,7 +149,7 @@ fn inputs(signature: &Signature, recording: &Recording) -> Vec<Vec<f64>> {
     let mut values = vec![Vec::with_capacity(recording.times.len()); signature.inputs.len()];
     let mut u = vec![0.0; recording.inputs.len()];
     for t in &recording.times {
-        recording.inputs.value(*t, Side::Right, &mut u);
+        recording.inputs.value(*t, LimitSide::Right, &mut u);
         for ((values, value), input) in values.iter_mut().zip(&u).zip(signature.inputs.iter()) {
             values.push(input.unit.from_si(*value));
         }

@@ -6,7 +6,7 @@ use dgd_identify::{
     EstimateError, Evaluation, Fit, Information, OutputErrorProblem, Recording, information,
 };
 use dgd_runtime::model::Model;
-use dgd_runtime::{Side, Signature, Unit};
+use dgd_runtime::{LimitSide, Signature, Unit};
 use dgd_screen::{Channel, Motion, OperatingPoint, Record, motion, operating_points, slope_window};
 use serde_json::{Map, Value, json};
 
@@ -312,7 +312,7 @@ fn motion_of(
     let mut inputs = vec![Vec::with_capacity(n); signature.inputs.len()];
     let mut u = vec![0.0; recording.inputs.len()];
     for t in &recording.times {
-        recording.inputs.value(*t, Side::Right, &mut u);
+        recording.inputs.value(*t, LimitSide::Right, &mut u);
         inputs.iter_mut().zip(&u).for_each(|(values, u)| values.push(*u));
     }
     values.extend(inputs);

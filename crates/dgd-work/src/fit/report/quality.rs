@@ -11,7 +11,7 @@
 use std::fmt::Write as _;
 
 use dgd_identify::{Evaluation, Recording};
-use dgd_runtime::{Side, Signature, Unit};
+use dgd_runtime::{LimitSide, Signature, Unit};
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 use serde_json::{Map, Value, json};
 
@@ -167,7 +167,7 @@ fn input_values(signature: &Signature, recording: &Recording) -> Vec<Vec<f64>> {
     let mut values = vec![Vec::with_capacity(recording.times.len()); signature.inputs.len()];
     let mut u = vec![0.0; recording.inputs.len()];
     for t in &recording.times {
-        recording.inputs.value(*t, Side::Right, &mut u);
+        recording.inputs.value(*t, LimitSide::Right, &mut u);
         for (values, value) in values.iter_mut().zip(&u) {
             values.push(*value);
         }
