@@ -6,9 +6,11 @@ use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_execute::LoadedSystem;
 use dgd_identify::filter::{
-    Level, PredictionErrorProblem, prediction_error, prediction_error_profiles,
+    NoiseLevelSource, PredictionErrorProblem, prediction_error, prediction_error_profiles,
 };
-use dgd_identify::{End, Noise, OutputErrorProblem, Profile, Recording, fit, profiles};
+use dgd_identify::{
+    NoiseSource, OutputErrorProblem, Profile, ProfileEnd, Recording, fit, profiles,
+};
 use dgd_runtime::System;
 
 use super::data::Problem;
@@ -51,7 +53,7 @@ pub(super) fn held(
         Problem::Substrate | Problem::Siphon => {
             let sigma = system.signature().outputs[0].noise.expect("noise is declared");
             let problem = OutputErrorProblem {
-                noise: vec![Some(Noise::Known(sigma))],
+                noise: vec![Some(NoiseSource::Known(sigma))],
                 ..OutputErrorProblem::new(system, &p, &recordings)
             };
             let found = fit(&problem).ok().filter(|fit| fit.termination.is_converged())?;
@@ -60,8 +62,8 @@ pub(super) fn held(
         }
         Problem::Room => {
             let problem = PredictionErrorProblem {
-                rates: vec![Level::Estimated],
-                noise: vec![Some(Level::Estimated)],
+                rates: vec![NoiseLevelSource::Estimated],
+                noise: vec![Some(NoiseLevelSource::Estimated)],
                 ..PredictionErrorProblem::new(system, &p, &recordings)
             };
             let found = prediction_error(&problem).ok()?;
@@ -75,7 +77,7 @@ pub(super) fn held(
 }
 
 fn of(profile: &Profile, truth: f64) -> Held {
-    let is_closed = |end: End| matches!(end, End::Interval(_));
+    let is_closed = |end: ProfileEnd| matches!(end, ProfileEnd::Interval(_));
     let above = !is_closed(profile.lower) || profile.lower.value() <= truth;
     let below = !is_closed(profile.upper) || truth <= profile.upper.value();
     Held { holds: above && below, is_open: !is_closed(profile.lower) || !is_closed(profile.upper) }

@@ -1,7 +1,7 @@
 //! Fits of models that switch, from values that are off.
 
 use dgd_execute::InterpretedSystem;
-use dgd_identify::{Noise, OutputErrorProblem, Recording, fit, fit_from};
+use dgd_identify::{NoiseSource, OutputErrorProblem, Recording, fit, fit_from};
 use dgd_runtime::{Inputs, Options, Problem, System, observe, simulate};
 
 use crate::inline;
@@ -91,7 +91,7 @@ fn successes(model: &str, end: f64, starts: usize) -> [usize; 2] {
     let measured = measured.collect();
     let recordings = [Recording::new(times, inputs, measured)];
     let problem = OutputErrorProblem {
-        noise: sigma.iter().map(|sigma| Some(Noise::Known(*sigma))).collect(),
+        noise: sigma.iter().map(|sigma| Some(NoiseSource::Known(*sigma))).collect(),
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let least = fit(&problem).expect("from the truth").deviance;

@@ -2,8 +2,8 @@
 
 use dgd_execute::InterpretedSystem;
 use dgd_identify::{
-    EstimateError, Fit, Loss, Noise, OutputErrorProblem, Recording, TrialFailed, TrialFailure,
-    WrongReading, fit, profile,
+    EstimateError, Fit, Loss, NoiseSource, OutputErrorProblem, Recording, TrialFailed,
+    TrialFailure, WrongReading, fit, profile,
 };
 use dgd_runtime::{Inputs, Options, System};
 
@@ -82,10 +82,10 @@ fn problem<'a>(
     let signature = system.signature();
     let noise = |i: usize| {
         recordings[0].measured[i].as_ref()?;
-        let density = signature.density(i).map(Noise::Density);
+        let density = signature.density(i).map(NoiseSource::Density);
         let is_recorded = recordings[0].deviations_of(i).is_some();
-        let given = is_recorded.then_some(Noise::Recorded);
-        Some(density.or(given).unwrap_or(Noise::Estimated))
+        let given = is_recorded.then_some(NoiseSource::Recorded);
+        Some(density.or(given).unwrap_or(NoiseSource::Estimated))
     };
     OutputErrorProblem {
         noise: (0..signature.outputs.len()).map(noise).collect(),
@@ -238,7 +238,7 @@ fn a_formula_that_is_a_number_weighs_as_the_number_does() {
         let mut problem = problem(system, &p, &recordings);
         for noise in &mut problem.noise {
             *noise = noise.map(|noise| match noise {
-                Noise::Estimated => Noise::Known(0.1),
+                NoiseSource::Estimated => NoiseSource::Known(0.1),
                 other => other,
             });
         }

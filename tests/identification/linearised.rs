@@ -5,8 +5,8 @@ use std::path::Path;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::InterpretedSystem;
 use dgd_identify::{
-    EstimateError, Fit, Misfit, Noise, Nonlinear, OutputErrorProblem, Recording, Stepping,
-    TrialFailed, TrialFailure, fit, nonlinear, outputs_with_sensitivities,
+    EstimateError, Fit, FitStepping, NoiseSource, NonlinearModel, OutputErrorProblem, OutputMisfit,
+    Recording, TrialFailed, TrialFailure, fit, nonlinear, outputs_with_sensitivities,
 };
 use dgd_runtime::linearize::{LinearAt, NotLinearised, SteadyStateError};
 use dgd_runtime::{Direction, InputColumn, Inputs, Interpolation, Options, System};
@@ -100,7 +100,7 @@ fn a_linear_model_is_its_own_linear_model() {
         fitted(&linearised(&recordings, at_mean)),
         fitted(&linearised(&recordings, |_| LinearAt::Reached(30.0))),
     ] {
-        assert!(matches!(linear.stepping, Stepping::Exact));
+        assert!(matches!(linear.stepping, FitStepping::Exact));
         assert!(linear.termination.is_converged());
         for (i, (a, b)) in linear.estimates.iter().zip(&itself.estimates).enumerate() {
             close(a.value, b.value, 1e-8 * b.value.abs());
@@ -185,7 +185,7 @@ fn noisy(mut recording: Recording, seed: u64, size: f64) -> Recording {
 }
 
 fn fit_tank(system: &InterpretedSystem, p: &[f64], recordings: &[Recording]) -> Fit {
-    let noise = vec![Some(Noise::Known(1e-3)); 2];
+    let noise = vec![Some(NoiseSource::Known(1e-3)); 2];
     let found =
         fit(&OutputErrorProblem { noise, ..OutputErrorProblem::new(system, p, recordings) })
             .expect("a fit");
@@ -262,7 +262,7 @@ fn the_mud_circulation_is_found_close_to_its_operating_point() {
         .zip(system.signature().parameters.iter())
         .map(|(p, of)| if of.name == "M_ssp" { 2.0 * p } else { 1.1 * p })
         .collect();
-    let noise = sigma.map(|sigma| Some(Noise::Known(sigma))).to_vec();
+    let noise = sigma.map(|sigma| Some(NoiseSource::Known(sigma))).to_vec();
     let recordings = linearised(&[recording], at_mean);
     let problem = OutputErrorProblem::new(&system, &first, &recordings);
     let found = fit(&OutputErrorProblem { noise, ..problem.clone() }).expect("a fit");
@@ -279,7 +279,7 @@ fn the_mud_circulation_is_found_close_to_its_operating_point() {
     for ((linear, model), sigma) in
         found.misfits[0].iter().zip(&itself.evaluation.misfits[0]).zip(sigma)
     {
-        let rms = |misfit: &Misfit| misfit.rms().expect("samples");
+        let rms = |misfit: &OutputMisfit| misfit.rms().expect("samples");
         close(rms(linear), rms(model), 0.1 * sigma);
     }
 }
@@ -316,7 +316,7 @@ fn what_one_operating_point_does_not_determine_is_named() {
     let p = declared(&system);
     let both = linearised(&[pipe(&system, 2.0), pipe(&system, 3.0)], at_mean);
     let fitted = |recordings: &[Recording]| {
-        let noise = vec![Some(Noise::Known(1e3))];
+        let noise = vec![Some(NoiseSource::Known(1e3))];
         fit(&OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, recordings) })
             .expect("a fit")
     };
@@ -398,7 +398,7 @@ fn the_model_itself_says_how_far_its_linear_one_holds() {
     let recordings = linearised(&[tank(&system, &p, 0.3)], at_mean);
     let problem = OutputErrorProblem::new(&system, &p, &recordings);
     let starts = [vec![(0, 4.0 * 1.15), (1, 4.0)]];
-    let Nonlinear { evaluation, points, departures } =
+    let NonlinearModel { evaluation, points, departures } =
         nonlinear(&problem, &p, &starts).expect("a run");
     // The data is the model's own.
     for misfit in &evaluation.misfits[0] {

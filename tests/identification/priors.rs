@@ -1,7 +1,7 @@
 //! What is known of a parameter beforehand, of every law, against SciPy's greatest posterior density.
 
 use dgd_execute::InterpretedSystem;
-use dgd_identify::{Fit, Noise, OutputErrorProblem, Prior, Recording, fit};
+use dgd_identify::{Fit, NoiseSource, OutputErrorProblem, Prior, Recording, fit};
 use dgd_runtime::signature::PriorDensity;
 use dgd_runtime::{Inputs, Options};
 
@@ -28,7 +28,7 @@ fn fitted(density: PriorDensity) -> Fit {
     let recordings = [Recording::new(times, Inputs::none(), vec![Some(READINGS.to_vec())])];
     let p = declared(&system);
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.05))],
+        noise: vec![Some(NoiseSource::Known(0.05))],
         priors: vec![Prior::of(1, density)],
         negligible_reduction: 1e-16,
         options: Options { rtol: 1e-11, atol: 1e-12, ..Options::default() },

@@ -12,7 +12,7 @@ use dgd_identify::regression::{
     FollowOptions, Forgetting, Normalisation, RegressionError, RegressionFit, RegressionMethod,
     RegressionProblem, RowOf, RowsLeftOut, follow, regress,
 };
-use dgd_identify::{Bound, Prior, Recording};
+use dgd_identify::{BoundReached, Prior, Recording};
 use dgd_runtime::{InputColumn, Inputs, Interpolation, System};
 
 use crate::recorded::recorded;
@@ -188,7 +188,7 @@ fn the_pumps_cross_term_is_driven_to_its_bound() {
     assert!(free.unbounded.is_none());
     let bounded = regress(&problem, RegressionMethod::Bounded).expect("a fit");
     let c1 = &bounded.estimates[1];
-    assert_eq!((c1.value, c1.at_bound, c1.std), (0.0, Some(Bound::Lower), None));
+    assert_eq!((c1.value, c1.at_bound, c1.std), (0.0, Some(BoundReached::Lower), None));
     let unbounded = bounded.unbounded.as_ref().expect("a bound is active");
     for (j, estimate) in free.estimates.iter().enumerate() {
         assert!((unbounded[j] / estimate.value - 1.0).abs() < 1e-9);

@@ -1,7 +1,7 @@
 //! Losses that bear outliers, and fits from several starting points.
 
 use dgd_identify::{
-    DrawnFrom, LocalMinimum, Loss, MultiStart, Noise, OutputErrorProblem, PointEnd, Prior,
+    DrawnFrom, LocalMinimum, Loss, MultiStart, NoiseSource, OutputErrorProblem, PointEnd, Prior,
     Recording, Starts, Termination, bootstrap, fit, fit_from, fit_from_drawn, profile,
     starting_points,
 };
@@ -90,7 +90,7 @@ fn published_robust_regressions_come_out() {
         .collect();
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
     let recordings = [Recording::new(times, inputs, vec![Some(column(3))])];
-    let fitted = |loss: Loss, noise: Noise| {
+    let fitted = |loss: Loss, noise: NoiseSource| {
         let problem = OutputErrorProblem {
             noise: vec![Some(noise)],
             loss,
@@ -104,7 +104,7 @@ fn published_robust_regressions_come_out() {
         (Loss::Tukey, 2.282, [-42.2853, 0.9275, 0.6507, -0.1123], [9.5045, 0.1077, 0.2940, 0.1249]),
     ];
     for (loss, scale, coefficients, errors) in published {
-        let found = fitted(loss, Noise::Known(scale));
+        let found = fitted(loss, NoiseSource::Known(scale));
         assert!(found.termination.is_converged(), "{:?}", found.termination);
         for ((estimate, value), error) in found.estimates.iter().zip(coefficients).zip(errors) {
             // To the digits of the scale.
@@ -114,7 +114,7 @@ fn published_robust_regressions_come_out() {
             close(estimate.std.expect("determined"), error, ended * error);
         }
         // Its scale is the median over 0.6745, without our factor for so few degrees of freedom.
-        let own = fitted(loss, Noise::Estimated).noise[0].expect("fitted");
+        let own = fitted(loss, NoiseSource::Estimated).noise[0].expect("fitted");
         let factor = (21.0_f64 / 17.0).sqrt();
         assert!((0.9..1.2).contains(&(own / factor / scale)), "{own} against {scale}");
     }
@@ -244,7 +244,7 @@ fn of_many_minima_the_best_is_found_and_its_equals_are_named() {
     let system = system(WAVES);
     let p = declared(&system);
     let recordings = waves();
-    let noise = vec![Some(Noise::Known(0.05)); 2];
+    let noise = vec![Some(NoiseSource::Known(0.05)); 2];
     let problem = OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, &recordings) };
     // The nearest minimum is another one.
     let alone = fit(&problem).expect("a fit");
@@ -387,7 +387,7 @@ fn a_point_that_cannot_be_simulated_is_drawn_again_in_its_stratum() {
     let y = times.iter().map(|t| (-(1.5 * t).exp()).exp()).collect();
     let inputs = Inputs::none();
     let recordings = [Recording::new(times, inputs, vec![Some(y)])];
-    let noise = vec![Some(Noise::Known(0.01))];
+    let noise = vec![Some(NoiseSource::Known(0.01))];
     let problem = OutputErrorProblem {
         noise,
         free: vec![true, false],

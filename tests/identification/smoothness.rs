@@ -5,10 +5,10 @@ use std::path::Path;
 
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::LoadedSystem;
-use dgd_identify::filter::{Level, PredictionErrorProblem, prediction_error};
+use dgd_identify::filter::{NoiseLevelSource, PredictionErrorProblem, prediction_error};
 use dgd_identify::regression::{RegressionMethod, RegressionProblem, regress};
 use dgd_identify::{
-    DrawnFrom, Fit, Noise, OutputErrorProblem, Prior, Recording, bootstrap, fit, information,
+    DrawnFrom, Fit, NoiseSource, OutputErrorProblem, Prior, Recording, bootstrap, fit, information,
     starting_points,
 };
 use dgd_runtime::signature::PriorDensity;
@@ -83,7 +83,7 @@ impl Case {
 
     fn problem(&self) -> OutputErrorProblem<'_> {
         OutputErrorProblem {
-            noise: vec![Some(Noise::Known(SIGMA))],
+            noise: vec![Some(NoiseSource::Known(SIGMA))],
             priors: self.priors.clone(),
             negligible_reduction: 1e-16,
             options: Options { rtol: 1e-9, atol: 1e-9, ..Options::default() },
@@ -208,7 +208,7 @@ fn a_fit_is_bayesian_linear_regression() {
         agrees(found.estimates.iter().map(|e| (e.value, e.std)), &rows, 1e-6);
 
         let problem = RegressionProblem {
-            noise: vec![Some(Noise::Known(SIGMA))],
+            noise: vec![Some(NoiseSource::Known(SIGMA))],
             priors: case.priors.clone(),
             ..RegressionProblem::new(&case.system, &case.p, &case.recordings)
         };
@@ -313,8 +313,8 @@ fn filters_take_it_in() {
     let directions = case.system.signature().directions.iter();
     let problem = PredictionErrorProblem {
         free: directions.map(|of| matches!(of, Direction::Parameter(_))).collect(),
-        rates: vec![Level::Known(0.0)],
-        noise: vec![Some(Level::Known(SIGMA))],
+        rates: vec![NoiseLevelSource::Known(0.0)],
+        noise: vec![Some(NoiseLevelSource::Known(SIGMA))],
         priors: case.priors.clone(),
         ..PredictionErrorProblem::new(&case.system, &case.p, &case.recordings)
     };

@@ -1,7 +1,7 @@
 //! Starts that start equations determine, against closed forms: values, derivatives, fits.
 
 use dgd_execute::InterpretedSystem;
-use dgd_identify::{Noise, OutputErrorProblem, Recording, fit};
+use dgd_identify::{NoiseSource, OutputErrorProblem, Recording, fit};
 use dgd_runtime::{
     Direction, InputColumn, Inputs, IntegrateError, Interpolation, Options, Problem, Solution,
     System, consistent_start, simulate, simulate_with_sensitivities,
@@ -133,7 +133,7 @@ fn a_fit_has_each_recording_begin_where_the_equations_say() {
     });
     let p = declared(&system);
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.01)); 2],
+        noise: vec![Some(NoiseSource::Known(0.01)); 2],
         options: tight(),
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };

@@ -1,7 +1,7 @@
 //! Starts at rest, against closed forms: values, derivatives, and fits in which each recording has its own.
 
 use dgd_execute::InterpretedSystem;
-use dgd_identify::{Noise, OutputErrorProblem, Recording, fit};
+use dgd_identify::{NoiseSource, OutputErrorProblem, Recording, fit};
 use dgd_runtime::{
     Direction, InputColumn, Inputs, IntegrateError, Interpolation, Options, Problem, Solution,
     System, consistent_start, simulate, simulate_with_sensitivities,
@@ -151,7 +151,7 @@ fn a_fit_finds_the_rest_of_each_recording() {
     });
     let p = declared(&system);
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.01)); 2],
+        noise: vec![Some(NoiseSource::Known(0.01)); 2],
         free: vec![true, true, true, false],
         options: tight(),
         ..OutputErrorProblem::new(&system, &p, &recordings)

@@ -8,8 +8,8 @@ use std::path::Path;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_execute::LoadedSystem;
 use dgd_identify::{
-    Bootstrap, Bound, End, Fit, Noise, OutputErrorProblem, Prior, Recording, THRESHOLD, bootstrap,
-    evaluate, fit, information, profile, profiles,
+    Bootstrap, BoundReached, Fit, NoiseSource, OutputErrorProblem, Prior, ProfileEnd, Recording,
+    THRESHOLD, bootstrap, evaluate, fit, information, profile, profiles,
 };
 use dgd_runtime::{
     InputColumn, Inputs, Interpolation, Options, Problem, System, observe, simulate,
@@ -221,7 +221,7 @@ fn intervals_of_the_drilling_model_cover_the_truth_in_200_repeats() {
             dgd_runtime::Direction::Parameter(p) => truth[p],
             dgd_runtime::Direction::Start(x) => start[x].1,
         };
-        let off = |all: &Vec<dgd_identify::Estimate>| {
+        let off = |all: &Vec<dgd_identify::ParameterEstimate>| {
             (all[i].value - true_value) / all[i].std.expect("determined")
         };
         let count = estimates.iter().filter(|all| off(all).abs() <= 1.959_964).count();
@@ -383,7 +383,7 @@ fn a_linear_model_has_a_parabola_for_a_profile() {
     let p = declared(&system);
     let recordings = [rows(1)];
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.1))],
+        noise: vec![Some(NoiseSource::Known(0.1))],
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let fit = fit(&problem).expect("a fit");
@@ -416,7 +416,7 @@ fn parameters_that_cancel_have_open_profiles_that_name_each_other() {
     let profile = profile(&problem, &fit, 0).expect("a profile");
     // a·b is what matters: a can go as far as one likes on the side away from zero, and below it comes
     // near zero, where b would be infinite.
-    assert!(matches!(profile.upper, End::Open(_)), "{:?}", profile.upper);
+    assert!(matches!(profile.upper, ProfileEnd::Open(_)), "{:?}", profile.upper);
     assert!(profile.deviance.iter().zip(&profile.values).all(|(d, a)| *a < 0.1 || d.abs() < 1e-3));
     let followers = &profile.with_upper;
     assert_eq!(followers.len(), 1);
@@ -433,16 +433,17 @@ fn bounds_close_a_profile_and_priors_count() {
     let p = declared(&system);
     let recordings = [rows(1)];
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(0.1))],
+        noise: vec![Some(NoiseSource::Known(0.1))],
         priors: vec![Prior::normal(1, 2.0, 1e-3)],
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let fit = fit(&problem).expect("a fit");
     let found = profiles(&problem, &fit, &[0, 1]).expect("profiles");
-    let ends = [(found[0].lower, Bound::Lower, 0.99), (found[0].upper, Bound::Upper, 1.01)];
+    let ends =
+        [(found[0].lower, BoundReached::Lower, 0.99), (found[0].upper, BoundReached::Upper, 1.01)];
     for (end, bound, value) in ends {
         assert!(
-            end == End::Bound(value) || fit.estimates[0].at_bound == Some(bound),
+            end == ProfileEnd::Bound(value) || fit.estimates[0].at_bound == Some(bound),
             "{end:?}, {bound:?}"
         );
     }
@@ -480,7 +481,7 @@ fn information_adds_up_and_lies_where_it_should() {
     let p = declared(&system);
     let recordings = [heated(1, 100, 0.0)];
     let problem = OutputErrorProblem {
-        noise: vec![Some(Noise::Known(SIGMA))],
+        noise: vec![Some(NoiseSource::Known(SIGMA))],
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let fit = fit(&problem).expect("a fit");
@@ -533,7 +534,7 @@ fn what_more_of_a_kind_would_do_is_what_it_does() {
     let mut recording = heated(1, 100, 0.0);
     recording.measured.push(None);
     // What the model gives, so that estimates stay where they are with more of it.
-    let noise = vec![Some(Noise::Known(SIGMA)), None];
+    let noise = vec![Some(NoiseSource::Known(SIGMA)), None];
     let recordings = [recording.clone()];
     let problem = OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, &recordings) };
     let first = fit(&problem).expect("a fit");
@@ -542,7 +543,7 @@ fn what_more_of_a_kind_would_do_is_what_it_does() {
     recording.measured[0] = Some(measured.clone());
     let kinds = [(0..100).map(|k| usize::from(k % 25 >= 15)).collect::<Vec<usize>>()];
     let fitted = |recordings: &[Recording], sigma_again: f64| {
-        let noise = vec![Some(Noise::Known(SIGMA)), Some(Noise::Known(sigma_again))];
+        let noise = vec![Some(NoiseSource::Known(SIGMA)), Some(NoiseSource::Known(sigma_again))];
         let problem =
             OutputErrorProblem { noise, ..OutputErrorProblem::new(&system, &p, recordings) };
         let fit = fit(&problem).expect("a fit");

@@ -12,8 +12,8 @@ use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_discover::{BaseModel, Discovery, Request, Scales, discover, templates};
 use dgd_execute::{Engine, LoadedSystem};
-use dgd_identify::journal::Forgetful;
-use dgd_identify::{Recording, Unwatched};
+use dgd_identify::journal::NoJournal;
+use dgd_identify::{NoMonitor, Recording};
 use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System, start_from_outputs};
 
 /// Texts of a model and of effects, each with the name of its file.
@@ -226,8 +226,8 @@ impl Examined {
             threads,
             seed,
             budget: None,
-            journal: &Forgetful,
-            watch: &Unwatched,
+            journal: &NoJournal,
+            watch: &NoMonitor,
         };
         let mut diagnostics = Diagnostics::default();
         discover(&request, &mut diagnostics)

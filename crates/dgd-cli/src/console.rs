@@ -7,7 +7,7 @@ use dgd_compiler::diagnostics::fix::written;
 use dgd_compiler::diagnostics::{Diagnostic, Fix, render, visible};
 use dgd_compiler::source::{SourceId, SourceMap, SourceText};
 use dgd_data::files::write_whole;
-use dgd_identify::{Progress, Watch};
+use dgd_identify::{Monitor, Progress};
 use dgd_work::{Listener, Mistake, Remark, Session, WorkError, json_text};
 use serde_json::{Value, json};
 
@@ -199,7 +199,7 @@ impl<'a> Console<'a> {
     }
 }
 
-impl Watch for Console<'_> {
+impl Monitor for Console<'_> {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {

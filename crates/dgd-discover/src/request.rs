@@ -6,7 +6,7 @@ use dgd_compiler::diagnostics::ErrorReported;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::source::SourceMap;
 use dgd_identify::journal::{Digest, Journal};
-use dgd_identify::{Recording, Watch};
+use dgd_identify::{Monitor, Recording};
 use dgd_runtime::Options;
 
 use crate::library::BaseModel;
@@ -40,7 +40,7 @@ pub struct Request<'a> {
     /// Stores fits and screens, so that an interrupted run can resume. The result does not depend on it.
     pub journal: &'a dyn Journal,
     /// Receives progress. Cancelling ends the search as if its time were over: between fits, with the best so far.
-    pub watch: &'a dyn Watch,
+    pub watch: &'a dyn Monitor,
 }
 
 impl Request<'_> {

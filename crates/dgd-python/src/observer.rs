@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use dgd_identify::{Of, Progress, Watch};
+use dgd_identify::{Monitor, Progress, Total};
 use dgd_runtime::RunMonitor;
 use dgd_work::{Listener, Remark};
 use pyo3::prelude::*;
@@ -44,14 +44,14 @@ impl Observer {
         let progress = self.progress.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(Progress { what, done, of }) = progress else { return Ok(()) };
         let (all, is_most) = match of {
-            Of::Exactly(all) => (all, false),
-            Of::AtMost(all) => (all, true),
+            Total::Exactly(all) => (all, false),
+            Total::AtMost(all) => (all, true),
         };
         shows.call1(py, (what, done, all, is_most)).map(drop)
     }
 }
 
-impl Watch for Observer {
+impl Monitor for Observer {
     fn advanced(&self, progress: Progress) {
         *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
     }

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use dgd_data::FileSystem;
 use dgd_data::open::read_text;
-use dgd_identify::{Progress, Watch};
+use dgd_identify::{Monitor, Progress};
 use dgd_runtime::RunMonitor;
 use dgd_runtime::signature::number::with_unit;
 use dgd_work::check::Description;
@@ -316,7 +316,7 @@ struct Ear {
     remarks: Mutex<Vec<String>>,
 }
 
-impl Watch for Ear {
+impl Monitor for Ear {
     fn advanced(&self, _: Progress) {}
 
     fn is_stopped(&self) -> bool {

@@ -5,15 +5,15 @@ use std::sync::Mutex;
 use dgd_compiler::diagnostics::{Diagnostic, render};
 use dgd_compiler::source::SourceMap;
 use dgd_data::{Disk, FileSystem};
-use dgd_identify::{Of, Progress, Watch};
+use dgd_identify::{Monitor, Progress, Total};
 
 use crate::error::WorkError;
 
 /// Receives remarks and progress of a task, and may cancel it.
 ///
-/// Remarks are notes in addition to the result. [`Watch`] receives the progress of long computations and stops them at
+/// Remarks are notes in addition to the result. [`Monitor`] receives the progress of long computations and stops them at
 /// their best so far.
-pub trait Listener: Watch {
+pub trait Listener: Monitor {
     /// Receives a remark as soon as it arises.
     fn remark(&self, remark: Remark<'_>);
 
@@ -70,7 +70,7 @@ impl Remark<'_> {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Silent;
 
-impl Watch for Silent {
+impl Monitor for Silent {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {
@@ -99,7 +99,7 @@ impl Remarks {
     }
 }
 
-impl Watch for Remarks {
+impl Monitor for Remarks {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {
@@ -160,7 +160,7 @@ impl<'a> Session<'a> {
     }
 
     /// Reports progress.
-    pub(crate) fn advanced(self, what: &'static str, done: usize, of: Of) {
+    pub(crate) fn advanced(self, what: &'static str, done: usize, of: Total) {
         self.listener.advanced(Progress { what, done, of });
     }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dgd_data::{Columns, Disk, FileSystem, InMemory, Layers};
 use dgd_discover::Verdict;
-use dgd_identify::{Progress, Watch};
+use dgd_identify::{Monitor, Progress};
 use serde_json::Value;
 
 use crate::{
@@ -333,7 +333,7 @@ fn start_values_of_elements_are_estimated_where_asked() {
 #[derive(Debug)]
 struct Impatient;
 
-impl Watch for Impatient {
+impl Monitor for Impatient {
     fn advanced(&self, _progress: Progress) {}
 
     fn is_stopped(&self) -> bool {

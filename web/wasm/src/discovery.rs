@@ -8,8 +8,8 @@ use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
 use dgd_discover::{BaseModel, Discovery, ParameterValue, Request, Scales, discover, templates};
 use dgd_execute::{Engine, LoadedSystem};
-use dgd_identify::journal::Forgetful;
-use dgd_identify::{Recording, Unwatched};
+use dgd_identify::journal::NoJournal;
+use dgd_identify::{NoMonitor, Recording};
 use dgd_runtime::{Options, Problem, System, start_from_outputs};
 
 use crate::lines::Lines;
@@ -64,8 +64,8 @@ impl Examination {
             threads: 1,
             seed: 1,
             budget: None,
-            journal: &Forgetful,
-            watch: &Unwatched,
+            journal: &NoJournal,
+            watch: &NoMonitor,
         };
         discover(&request, &mut diagnostics)
             .unwrap_or_else(|error| panic!("{error}\n{}", shown(&diagnostics, &sources)))

@@ -1,6 +1,6 @@
 //! Fits to the recording with noise, from initial values that are 30 % off.
 
-use dgd_identify::{Fit, Noise, OutputErrorProblem, Recording, fit};
+use dgd_identify::{Fit, NoiseSource, OutputErrorProblem, Recording, fit};
 use dgd_runtime::{Inputs, Options, SolvableSystem};
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{
@@ -118,7 +118,7 @@ fn estimate(
     let (columns, sigmas): (Vec<_>, Vec<_>) = readings.into_iter().unzip();
     let recordings = [Recording::new(times, inputs, columns.into_iter().map(Some).collect())];
     let mut problem = OutputErrorProblem {
-        noise: sigmas.into_iter().map(|sigma| Some(Noise::Known(sigma))).collect(),
+        noise: sigmas.into_iter().map(|sigma| Some(NoiseSource::Known(sigma))).collect(),
         options,
         ..OutputErrorProblem::new(system, p, &recordings)
     };

@@ -11,7 +11,7 @@
 //!
 //! Source: Seber, Wild, Nonlinear Regression (1989), §6.2.
 
-use dgd_identify::{Estimate, Recording, outputs_with_sensitivities};
+use dgd_identify::{ParameterEstimate, Recording, outputs_with_sensitivities};
 use dgd_runtime::Direction;
 use dgd_runtime::System;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -41,7 +41,7 @@ impl Fitted {
             Direction::Parameter(i) => self.moments.contains(i),
             Direction::Start(_) => false,
         };
-        let is_fitted = |e: &Estimate| e.at_bound.is_none() && !is_moment(&e.of);
+        let is_fitted = |e: &ParameterEstimate| e.at_bound.is_none() && !is_moment(&e.of);
         (0..self.estimates.len()).filter(|place| is_fitted(&self.estimates[*place])).collect()
     }
 

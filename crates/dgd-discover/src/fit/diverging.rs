@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use dgd_identify::{Estimate, Recording};
+use dgd_identify::{ParameterEstimate, Recording};
 use dgd_runtime::{Direction, Observations, Problem, System, observe, simulate};
 
 use super::data::Data;
@@ -34,7 +34,7 @@ impl Fitted {
             }
             Direction::Start(_) => None,
         });
-        let estimates = parameters.map(|(name, i, of)| Estimate {
+        let estimates = parameters.map(|(name, i, of)| ParameterEstimate {
             name,
             of,
             recording: None,

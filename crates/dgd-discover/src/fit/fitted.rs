@@ -2,11 +2,11 @@
 
 use std::sync::OnceLock;
 
-use dgd_identify::journal::{Kept, kept};
+use dgd_identify::journal::{Journaled, kept};
 use dgd_identify::keep_by_fields;
 use dgd_identify::{
-    Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem,
-    Recording, Starts, StoppingRule, counts_from, evaluate, fit,
+    EstimateError, Evaluation, Fit, NoiseCorrelation, NoiseSource, OutputErrorProblem,
+    ParameterEstimate, Recording, Starts, StoppingRule, counts_from, evaluate, fit,
 };
 use dgd_runtime::signature::Parameter;
 use dgd_runtime::{Observations, Signature, System};
@@ -27,7 +27,7 @@ pub(crate) struct Fitted {
     pub values: Values,
     /// All parameters, SI.
     pub p: Vec<f64>,
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// Positions among these of parameters that were moved from sample to sample rather than fitted.
     pub moments: Vec<usize>,
     /// Whether the fit converged.
@@ -50,7 +50,7 @@ pub(crate) struct Fitted {
 struct Ended {
     p: Vec<f64>,
     starts: Vec<Starts>,
-    estimates: Vec<Estimate>,
+    estimates: Vec<ParameterEstimate>,
     moments: Vec<usize>,
     is_converged: bool,
     is_cut_short: bool,
@@ -69,7 +69,7 @@ const AS_GOOD_AS_AT: f64 = 0.1;
 impl Fitted {
     /// Whether a parameter is at a bound, or so near one that the recordings cannot distinguish the two, like the rate
     /// of a limit that is never reached.
-    pub(crate) fn is_at_bound(&self, estimate: &Estimate) -> bool {
+    pub(crate) fn is_at_bound(&self, estimate: &ParameterEstimate) -> bool {
         let parameters = &self.structure.system.signature().parameters;
         let declared = parameters.iter().find(|declared| *declared.name == *estimate.name);
         let distance = declared.map_or(f64::INFINITY, |Parameter { lower, upper, .. }| {
@@ -278,13 +278,13 @@ impl Ended {
 
 keep_by_fields!(Ended { p, starts, estimates, moments, is_converged, is_cut_short });
 
-impl Kept for NoFit {
+impl Journaled for NoFit {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.0.write(bytes);
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Self(Kept::read(bytes)?))
+        Some(Self(Journaled::read(bytes)?))
     }
 }
 
@@ -371,7 +371,7 @@ fn fitted(
     }
     if own_weights && best.termination.is_converged() {
         let recordings = with_found_starts(problem.recordings, &best.starts);
-        let estimated = |noise: &Option<Noise>| noise.map(|_| Noise::Estimated);
+        let estimated = |noise: &Option<NoiseSource>| noise.map(|_| NoiseSource::Estimated);
         let noise = problem.noise.iter().map(estimated).collect();
         let recordings = recordings.as_slice();
         best = fit(&OutputErrorProblem { p: &best.p, recordings, noise, free, ..problem.clone() })?;
@@ -418,7 +418,7 @@ pub(super) fn problem<'a>(
     data: &Data<'_>,
     evaluations: usize,
 ) -> OutputErrorProblem<'a> {
-    let known = |noise: &Option<SensorNoise>| noise.map(|noise| Noise::Known(noise.total()));
+    let known = |noise: &Option<SensorNoise>| noise.map(|noise| NoiseSource::Known(noise.total()));
     let noise = data.noise.iter().map(known).collect();
     let until_a_step = UNTIL_A_STEP * evaluations;
     let stopping = StoppingRule { evaluations, until_a_step, ..StoppingRule::default() };

@@ -6,14 +6,14 @@
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dgd_identify::journal::{Digest, Forgetful, Journal};
-use dgd_identify::{Of, Progress, Unwatched, Watch};
+use dgd_identify::journal::{Digest, Journal, NoJournal};
+use dgd_identify::{Monitor, NoMonitor, Progress, Total};
 
 /// Where results are stored and progress is reported.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WorkJournal<'a> {
     pub journal: &'a dyn Journal,
-    pub watch: &'a dyn Watch,
+    pub watch: &'a dyn Monitor,
     /// Digest of the request, with which all keys begin.
     pub request: Digest,
 }
@@ -21,7 +21,7 @@ pub(crate) struct WorkJournal<'a> {
 impl WorkJournal<'_> {
     /// Stores nothing and reports nothing: for fits that keys would not distinguish.
     pub(crate) const NONE: WorkJournal<'static> =
-        WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+        WorkJournal { journal: &NoJournal, watch: &NoMonitor, request: Digest::EMPTY };
 
     /// The key of the result `what`, computed from further arguments.
     pub(crate) fn key(
@@ -47,7 +47,7 @@ impl WorkJournal<'_> {
 
 /// A counter of finished items.
 pub(crate) struct Count<'a> {
-    watch: &'a dyn Watch,
+    watch: &'a dyn Monitor,
     what: &'static str,
     all: usize,
     done: AtomicUsize,
@@ -57,6 +57,6 @@ impl Count<'_> {
     /// Adds `n` finished items.
     pub(crate) fn more(&self, n: usize) {
         let done = self.done.fetch_add(n, Ordering::Relaxed) + n;
-        self.watch.advanced(Progress { what: self.what, done, of: Of::Exactly(self.all) });
+        self.watch.advanced(Progress { what: self.what, done, of: Total::Exactly(self.all) });
     }
 }

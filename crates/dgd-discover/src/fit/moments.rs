@@ -10,7 +10,8 @@
 
 use dgd_execute::LoadedSystem;
 use dgd_identify::{
-    Estimate, Fit, Noise, OutputErrorProblem, Recording, Starts, TrialFailed, evaluate,
+    Fit, NoiseSource, OutputErrorProblem, ParameterEstimate, Recording, Starts, TrialFailed,
+    evaluate,
 };
 use dgd_runtime::Direction;
 use dgd_runtime::System;
@@ -66,7 +67,7 @@ impl Moments {
             (0..recording.times.len()).any(|k| {
                 let readings = here.w(k).iter().zip(there.w(k)).zip(&problem.noise);
                 readings.into_iter().any(|((here, there), noise)| match noise {
-                    Some(Noise::Known(sigma)) => (here - there).abs() > JUMP * sigma,
+                    Some(NoiseSource::Known(sigma)) => (here - there).abs() > JUMP * sigma,
                     _ => false,
                 })
             })
@@ -128,12 +129,12 @@ impl Moments {
     }
 
     /// The estimates of a fit and the moments, in the order of the model's parameters.
-    pub(crate) fn estimates(&self, system: &LoadedSystem, fit: &Fit) -> Vec<Estimate> {
+    pub(crate) fn estimates(&self, system: &LoadedSystem, fit: &Fit) -> Vec<ParameterEstimate> {
         let mut estimates = fit.estimates.clone();
         for &parameter in &self.parameters {
             let value = fit.p[parameter];
             let (before, after) = (self.at(value, 0), self.at(value, 1));
-            let estimate = Estimate {
+            let estimate = ParameterEstimate {
                 name: system.signature().parameters[parameter].name.to_string(),
                 of: Direction::Parameter(parameter),
                 recording: None,
@@ -141,7 +142,7 @@ impl Moments {
                 std: Some((after - before) / 12.0_f64.sqrt()),
                 at_bound: None,
             };
-            let comes_before = |other: &Estimate| match other.of {
+            let comes_before = |other: &ParameterEstimate| match other.of {
                 Direction::Parameter(i) => i < parameter,
                 Direction::Start(_) => false,
             };

@@ -20,7 +20,7 @@ use dgd_compiler::expr::{ExprGraph, ExprId, Symbol};
 use dgd_compiler::model::{DeclarationHeader, Density, Input, Interpolation, Model, resolve};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::Unit;
-use dgd_identify::{OutputErrorProblem, Recording, Shape, evaluate};
+use dgd_identify::{NoiseShape, OutputErrorProblem, Recording, evaluate};
 use dgd_runtime::signature::Distribution;
 use dgd_runtime::{InputError, Inputs, LimitSide, Observations, System};
 
@@ -332,7 +332,7 @@ impl<'m> Spread<'m> {
             (0..recording.times.len()).map(|k| observations.w(k))
         });
         let pairs: Vec<(f64, f64)> = samples.map(|w| (w[output], w[density.deviation])).collect();
-        let grows = Shape::of(&pairs, &readings);
+        let grows = NoiseShape::of(&pairs, &readings);
         Ok(grows.map(|shape| {
             let floor = shape.bend().max(FAR_BELOW * smallest);
             Stretch::new(floor, &readings)

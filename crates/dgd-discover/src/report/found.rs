@@ -1,6 +1,6 @@
 //! Reports an identified effect.
 
-use dgd_identify::Estimate;
+use dgd_identify::ParameterEstimate;
 use dgd_runtime::System;
 use dgd_runtime::signature::number::short;
 
@@ -100,7 +100,7 @@ pub(crate) fn parameters(
     let signature = fitted.structure.system.signature();
     let wanted = |name: &str| names.is_empty() || names.iter().any(|other| other == name);
     let estimates = fitted.estimates.iter().filter(|estimate| estimate.recording.is_none());
-    let value = |estimate: &Estimate| {
+    let value = |estimate: &ParameterEstimate| {
         let parameter = signature.parameters.iter().find(|p| p.name == estimate.name)?;
         Some(ParameterValue {
             name: estimate.name.clone(),

@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use dgd_identify::{Estimate, OutputErrorProblem, SpreadAt, spread};
+use dgd_identify::{OutputErrorProblem, ParameterEstimate, SpreadAt, spread};
 use dgd_runtime::Direction;
 
 use super::reason::Excess;
@@ -60,7 +60,7 @@ fn over_parts(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<(String, f64)>> {
         Direction::Parameter(i) => fitted.moments.contains(i),
         Direction::Start(_) => false,
     };
-    let estimates: Vec<Estimate> =
+    let estimates: Vec<ParameterEstimate> =
         fitted.estimates.iter().filter(|estimate| !is_moment(&estimate.of)).cloned().collect();
     let recordings = with_starts(data.train, &fitted.values, &fitted.structure);
     let residuals = fitted.residuals(data);

@@ -255,7 +255,7 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use dgd_identify::{Bound, Estimate};
+    use dgd_identify::{BoundReached, ParameterEstimate};
     use dgd_runtime::Direction;
 
     use super::draining::{SAMPLES, id, leaving, with_effects};
@@ -286,13 +286,13 @@ mod tests {
                 let brought = structure.id.effects().zip(&structure.brought);
                 let estimates = brought.flat_map(|(effect, brought)| {
                     let is_at_bound = at_bound.contains(&(chosen, effect));
-                    brought.parameters.iter().enumerate().map(move |(i, name)| Estimate {
+                    brought.parameters.iter().enumerate().map(move |(i, name)| ParameterEstimate {
                         name: name.clone(),
                         of: Direction::Parameter(i),
                         recording: None,
                         value: 0.0,
                         std: None,
-                        at_bound: is_at_bound.then_some(Bound::Lower),
+                        at_bound: is_at_bound.then_some(BoundReached::Lower),
                     })
                 });
                 let estimates = estimates.collect();

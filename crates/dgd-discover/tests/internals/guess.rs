@@ -8,8 +8,8 @@ use dgd_discover::{
     BaseModel, Discovery, Guess, Request, Scales, Verdict, discover, templates as known_templates,
 };
 use dgd_execute::{Engine, LoadedSystem};
-use dgd_identify::journal::Forgetful;
-use dgd_identify::{Recording, Unwatched};
+use dgd_identify::journal::NoJournal;
+use dgd_identify::{NoMonitor, Recording};
 use dgd_runtime::{InputColumn, Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::{Normal, model_text};
@@ -84,8 +84,8 @@ fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
         threads: 2,
         seed: 1,
         budget: None,
-        journal: &Forgetful,
-        watch: &Unwatched,
+        journal: &NoJournal,
+        watch: &NoMonitor,
     };
     discover(&request, &mut diagnostics).unwrap_or_else(|error| panic!("{error}"))
 }

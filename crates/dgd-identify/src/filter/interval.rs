@@ -8,7 +8,7 @@
 //!   A = ∂ẋ/∂(x, θ) = rows of x of (∂f/∂y S + ∂f/∂θ),    C = dw/d(x, θ) = ∂w/∂y S + ∂w/∂θ
 //! ```
 //!
-//! Derivatives with respect to past values ([`Remembered`]) come from further runs, in which the past has these
+//! Derivatives with respect to past values ([`EstimateHistory`]) come from further runs, in which the past has these
 //! sensitivities.
 
 use dgd_runtime::for_identify::{PastSolution, delays, held_by_bounds};
@@ -20,11 +20,11 @@ use dgd_runtime::{
 };
 use nalgebra::DMatrix;
 
-use super::coordinates::Coordinates;
+use super::coordinates::FilterCoordinates;
 use super::error::FilterError;
 use super::late_outputs::LateOutputs;
 use super::problem::FilterProblem;
-use super::remembered::Remembered;
+use super::remembered::EstimateHistory;
 use super::square_root::beside;
 use crate::error::TrialFailure;
 
@@ -48,13 +48,13 @@ pub(super) struct RunState {
     /// Modes, and the rest of the memory of the previous run.
     pub memory: Option<RunMemory>,
     /// Past values, if they are read.
-    pub past: Option<Remembered>,
+    pub past: Option<EstimateHistory>,
 }
 
 impl RunState {
     /// The state from which a run continues.
     fn before<'a>(&'a self, past: Option<&'a PastSolution>) -> PriorState<'a> {
-        let own_past = || self.past.as_ref().map(Remembered::past);
+        let own_past = || self.past.as_ref().map(EstimateHistory::past);
         PriorState { memory: self.memory.as_ref(), past: past.or_else(own_past) }
     }
 
@@ -70,12 +70,12 @@ impl RunState {
 
 /// An interval of time.
 #[derive(Clone, Copy)]
-pub(super) struct Interval {
+pub(super) struct TimeInterval {
     pub from: f64,
     pub until: f64,
 }
 
-impl Interval {
+impl TimeInterval {
     /// Its length.
     pub(super) fn length(self) -> f64 {
         self.until - self.from
@@ -83,32 +83,32 @@ impl Interval {
 }
 
 /// The state at the end of an interval.
-pub(super) struct Moved {
+pub(super) struct IntervalEnd {
     pub place: RunState,
     /// ∂x/∂(x, θ, past) in scaled variables: states × all, the past before the interval.
     pub phi: DMatrix<f64>,
 }
 
 /// Unknowns at one time and their sensitivities.
-enum Consistent {
+enum ConsistentUnknowns {
     /// If all unknowns are states, they are consistent as given.
     AsGiven { y: Vec<f64>, s: Vec<f64> },
     /// From a run of zero length.
     Run(Box<Solution>),
 }
 
-impl Consistent {
+impl ConsistentUnknowns {
     /// y, S and z.
     fn parts(&self) -> (&[f64], &[f64], &[f64]) {
         match self {
-            Consistent::AsGiven { y, s } => (y, s, &[]),
-            Consistent::Run(run) => (run.y(0), run.s(0), run.z(0)),
+            ConsistentUnknowns::AsGiven { y, s } => (y, s, &[]),
+            ConsistentUnknowns::Run(run) => (run.y(0), run.s(0), run.z(0)),
         }
     }
 }
 
 /// The model near one time.
-pub(super) struct Local {
+pub(super) struct LocalModel {
     /// Unknowns, consistent.
     pub y: Vec<f64>,
     /// Outputs.
@@ -125,8 +125,8 @@ pub(super) struct Local {
 }
 
 /// Results of the generated functions at a point, with the directions of a run.
-struct Looked {
-    run: Consistent,
+struct PointFunctions {
+    run: ConsistentUnknowns,
     /// ∂f/∂θ along the directions.
     g: Vec<f64>,
     w: Vec<f64>,
@@ -173,11 +173,11 @@ impl<'a> IntervalModel<'a> {
     pub(super) fn move_with_sensitivities(
         &self,
         inputs: &Inputs,
-        over: Interval,
+        over: TimeInterval,
         from: &RunState,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
-    ) -> Result<Moved, TrialFailure> {
+    ) -> Result<IntervalEnd, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
         let wanted = WantedResults::ResumedSensitivities(from.before(None));
@@ -193,7 +193,7 @@ impl<'a> IntervalModel<'a> {
             phi = beside(&phi, &rows_of_states(&s_past, coordinates));
         }
         if phi.iter().all(|value| value.is_finite()) {
-            Ok(Moved { place: ended(from, &mut solution), phi })
+            Ok(IntervalEnd { place: ended(from, &mut solution), phi })
         } else {
             Err(self.undefined(over.until, &solution))
         }
@@ -203,9 +203,9 @@ impl<'a> IntervalModel<'a> {
     pub(super) fn move_states(
         &self,
         inputs: &Inputs,
-        over: Interval,
+        over: TimeInterval,
         from: &RunState,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
     ) -> Result<RunState, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
@@ -221,7 +221,7 @@ impl<'a> IntervalModel<'a> {
         inputs: &Inputs,
         t: f64,
         at: &RunState,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
     ) -> Result<Vec<f64>, TrialFailure> {
         let (p, start) = self.started(&at.y, coordinates, variables);
@@ -241,12 +241,12 @@ impl<'a> IntervalModel<'a> {
         inputs: &Inputs,
         t: f64,
         at: &RunState,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
-    ) -> Result<Local, TrialFailure> {
+    ) -> Result<LocalModel, TrialFailure> {
         let (p, start) = self.started(&at.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
-        let Looked { run, g, mut w, dw } = self.look(&problem, t, at, None)?;
+        let PointFunctions { run, g, mut w, dw } = self.look(&problem, t, at, None)?;
         let (y, s, z) = run.parts();
 
         let (n, n_w) = (y.len(), w.len());
@@ -260,7 +260,7 @@ impl<'a> IntervalModel<'a> {
         });
         if let Some(past) = &at.past {
             let [s_past, c_past] =
-                self.by_past(past, &p, Interval { from: t, until: t }, [s, &dw], |seeded| {
+                self.by_past(past, &p, TimeInterval { from: t, until: t }, [s, &dw], |seeded| {
                     let with = self.look(&problem, t, at, Some(seeded))?;
                     Ok([with.run.parts().1.to_vec(), with.dw])
                 })?;
@@ -273,7 +273,7 @@ impl<'a> IntervalModel<'a> {
             late.differentiate(coordinates, variables, &mut c);
         }
         let a = transition(&g, n, coordinates, variables);
-        Ok(Local { y: y.to_vec(), w, phi, a, c, watched })
+        Ok(LocalModel { y: y.to_vec(), w, phi, a, c, watched })
     }
 
     /// Evaluates the model at one time, optionally with a past that has sensitivities instead of its own one.
@@ -283,7 +283,7 @@ impl<'a> IntervalModel<'a> {
         t: f64,
         at: &RunState,
         past: Option<&PastSolution>,
-    ) -> Result<Looked, TrialFailure> {
+    ) -> Result<PointFunctions, TrialFailure> {
         let run = self.consistent(problem, t, at, past)?;
         let (y, s, z) = run.parts();
         let signature = self.system.signature();
@@ -291,7 +291,7 @@ impl<'a> IntervalModel<'a> {
         let read = problem.inputs_read();
         let read = read.map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))?;
         read.value(t, LimitSide::Right, &mut u);
-        if let Consistent::Run(run) = &run {
+        if let ConsistentUnknowns::Run(run) = &run {
             let first = u.len() - run.n_past;
             u[first..].copy_from_slice(run.past(0));
         }
@@ -301,7 +301,7 @@ impl<'a> IntervalModel<'a> {
         let n_w = signature.outputs.len();
         let (mut w, mut dw) = (vec![0.0; n_w], vec![0.0; n_w * signature.directions.len()]);
         self.system.output_sensitivities(point, s, &mut w, &mut dw);
-        Ok(Looked { run, g, w, dw })
+        Ok(PointFunctions { run, g, w, dw })
     }
 
     /// The delayed unknowns in the equations: positions among the remembered unknowns, and delays.
@@ -321,9 +321,9 @@ impl<'a> IntervalModel<'a> {
     /// directions also represent some of the variables.
     fn by_past<const N: usize>(
         &self,
-        past: &Remembered,
+        past: &EstimateHistory,
         p: &[f64],
-        over: Interval,
+        over: TimeInterval,
         without: [&[f64]; N],
         with: impl Fn(&PastSolution) -> Result<[Vec<f64>; N], TrialFailure>,
     ) -> Result<[DMatrix<f64>; N], TrialFailure> {
@@ -345,7 +345,7 @@ impl<'a> IntervalModel<'a> {
     }
 
     /// Variables of the past that the equations read between two times, in groups of at most the number of directions.
-    fn read_late(&self, past: &Remembered, p: &[f64], over: Interval) -> Vec<Vec<usize>> {
+    fn read_late(&self, past: &EstimateHistory, p: &[f64], over: TimeInterval) -> Vec<Vec<usize>> {
         let variables = past.read_between(&self.delays(p), over);
         let at_once = self.system.signature().directions.len().max(1);
         variables.chunks(at_once).map(<[usize]>::to_vec).collect()
@@ -356,7 +356,7 @@ impl<'a> IntervalModel<'a> {
         &self,
         problem: &ModelProblem<'_>,
         from: &RunState,
-        over: Interval,
+        over: TimeInterval,
         wanted: WantedResults<'_>,
     ) -> Result<Solution, TrialFailure> {
         let Some(past) = &from.past else {
@@ -378,10 +378,10 @@ impl<'a> IntervalModel<'a> {
         t: f64,
         at: &RunState,
         past: Option<&PastSolution>,
-    ) -> Result<Consistent, TrialFailure> {
+    ) -> Result<ConsistentUnknowns, TrialFailure> {
         if !self.is_plain {
             let wanted = WantedResults::ResumedSensitivities(at.before(past));
-            return Ok(Consistent::Run(Box::new(self.run(problem, &[t], wanted)?)));
+            return Ok(ConsistentUnknowns::Run(Box::new(self.run(problem, &[t], wanted)?)));
         }
         let directions = &self.system.signature().directions;
         let n = problem.start.len();
@@ -391,7 +391,7 @@ impl<'a> IntervalModel<'a> {
                 s[j * n + i] = 1.0;
             }
         }
-        Ok(Consistent::AsGiven { y: problem.start.iter().map(|(_, y)| *y).collect(), s })
+        Ok(ConsistentUnknowns::AsGiven { y: problem.start.iter().map(|(_, y)| *y).collect(), s })
     }
 
     fn run(
@@ -405,7 +405,7 @@ impl<'a> IntervalModel<'a> {
     }
 
     /// States that are held by their bounds, so that process noise does not act on them.
-    pub(super) fn held(&self, at: &RunState, coordinates: &Coordinates) -> Vec<usize> {
+    pub(super) fn held(&self, at: &RunState, coordinates: &FilterCoordinates) -> Vec<usize> {
         let Some(memory) = &at.memory else { return Vec::new() };
         let discrete = &self.system.signature().discrete;
         let position = |i: &usize| coordinates.states.iter().position(|state| state == i);
@@ -416,7 +416,7 @@ impl<'a> IntervalModel<'a> {
     fn started(
         &self,
         y: &[f64],
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
     ) -> (Vec<f64>, Vec<(usize, f64)>) {
         let mut y = y.to_vec();
@@ -442,14 +442,19 @@ fn ended(from: &RunState, run: &mut Solution) -> RunState {
 }
 
 /// Rows of the states in derivatives of all unknowns, SI, converted to scaled variables.
-fn rows_of_states(by: &DMatrix<f64>, coordinates: &Coordinates) -> DMatrix<f64> {
+fn rows_of_states(by: &DMatrix<f64>, coordinates: &FilterCoordinates) -> DMatrix<f64> {
     DMatrix::from_fn(coordinates.n_states(), by.ncols(), |row, column| {
         by[(coordinates.states[row], column)] / coordinates.sizes[row]
     })
 }
 
 /// Rows of the states of ∂y/∂θ, or of its slopes, in scaled variables: states × all.
-fn transition(s: &[f64], n: usize, coordinates: &Coordinates, variables: &[f64]) -> DMatrix<f64> {
+fn transition(
+    s: &[f64],
+    n: usize,
+    coordinates: &FilterCoordinates,
+    variables: &[f64],
+) -> DMatrix<f64> {
     DMatrix::from_fn(coordinates.n_states(), coordinates.len(), |row, column| {
         let slope = coordinates.slope(column, variables[column]);
         let entry = coordinates.directions[column] * n + coordinates.states[row];

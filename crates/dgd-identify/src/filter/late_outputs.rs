@@ -13,9 +13,9 @@ use dgd_runtime::model::{Model, ModelProblem};
 use dgd_runtime::{Direction, EvaluationPoint, Inputs, IntegrateError, LimitSide, Problem};
 use nalgebra::DMatrix;
 
-use super::coordinates::Coordinates;
+use super::coordinates::FilterCoordinates;
 use super::error::FilterError;
-use super::remembered::Remembered;
+use super::remembered::EstimateHistory;
 use crate::error::TrialFailure;
 
 /// Delayed outputs, with the unknowns that they read.
@@ -31,15 +31,15 @@ struct LateOutput {
 }
 
 /// The values of the delayed outputs at one time.
-pub(super) struct Readings<'a> {
+pub(super) struct DelayedReadings<'a> {
     problem: &'a ModelProblem<'a>,
     here: EvaluationPoint<'a>,
-    past: &'a Remembered,
-    all: Vec<(&'a LateOutput, Reading)>,
+    past: &'a EstimateHistory,
+    all: Vec<(&'a LateOutput, DelayedReading)>,
 }
 
 /// The value of one of them.
-struct Reading {
+struct DelayedReading {
     t: f64,
     y: Vec<f64>,
     ydot: Vec<f64>,
@@ -80,19 +80,19 @@ impl LateOutputs {
         &'a self,
         problem: &'a ModelProblem<'a>,
         here: EvaluationPoint<'a>,
-        past: &'a Remembered,
-    ) -> Result<Readings<'a>, TrialFailure> {
+        past: &'a EstimateHistory,
+    ) -> Result<DelayedReadings<'a>, TrialFailure> {
         let mut unknowns = Vec::new();
         if !self.outputs.is_empty() {
             let (tau, inputs) = (delays(problem), inputs_read(problem)?);
             let read = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
             unknowns.extend(self.outputs.iter().map(read));
         }
-        Ok(Readings { problem, here, past, all: unknowns })
+        Ok(DelayedReadings { problem, here, past, all: unknowns })
     }
 }
 
-impl Readings<'_> {
+impl DelayedReadings<'_> {
     /// Replaces current outputs by their delayed values.
     pub(super) fn write(&self, w: &mut [f64]) {
         let mut delayed = vec![0.0; w.len()];
@@ -105,7 +105,7 @@ impl Readings<'_> {
     /// Replaces their rows of C, outputs × all variables.
     pub(super) fn differentiate(
         &self,
-        coordinates: &Coordinates,
+        coordinates: &FilterCoordinates,
         variables: &[f64],
         c: &mut DMatrix<f64>,
     ) {
@@ -147,7 +147,7 @@ impl Readings<'_> {
     }
 }
 
-impl Reading {
+impl DelayedReading {
     fn at<'a>(&'a self, here: EvaluationPoint<'a>) -> EvaluationPoint<'a> {
         EvaluationPoint { t: self.t, y: &self.y, u: &self.u, ..here }
     }
@@ -158,7 +158,12 @@ fn inputs_read<'p>(problem: &'p ModelProblem<'_>) -> Result<Cow<'p, Inputs>, Tri
 }
 
 /// The values a time `tau` before a point; unknowns that are not remembered have their current values.
-fn reading(inputs: &Inputs, here: EvaluationPoint<'_>, tau: f64, past: &Remembered) -> Reading {
+fn reading(
+    inputs: &Inputs,
+    here: EvaluationPoint<'_>,
+    tau: f64,
+    past: &EstimateHistory,
+) -> DelayedReading {
     let t = here.t - tau.max(0.0);
     let (mut y, mut ydot) = (here.y.to_vec(), vec![0.0; here.y.len()]);
     for (k, i) in past.watched().iter().enumerate() {
@@ -168,5 +173,5 @@ fn reading(inputs: &Inputs, here: EvaluationPoint<'_>, tau: f64, past: &Remember
     let known = t.max(past.since());
     let segment = inputs.segment(inputs.segment_at(known, LimitSide::Right));
     segment.value(known, &mut u);
-    Reading { t, y, ydot, u, udot: segment.udot.to_vec() }
+    DelayedReading { t, y, ydot, u, udot: segment.udot.to_vec() }
 }

@@ -57,12 +57,15 @@ mod square_root;
 mod unscented;
 mod watch;
 
-pub use error::{FilterError, Missing};
-pub use estimator::{Filter, Innovation, Row, Tracked};
+pub use error::{FilterError, OptionOutOfRange};
+pub use estimator::{Innovation, RunningFilter, TrackedEstimate, TrackedRow};
 pub use likelihood::prediction_error::{
-    Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error, predictions,
+    LevelEstimate, NoiseLevelSource, PredictionError, PredictionErrorProblem, prediction_error,
+    predictions,
 };
 pub use likelihood::profile::prediction_error_profiles;
-pub use problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
-pub use unscented::Spread;
-pub use watch::Alarm;
+pub use problem::{
+    FilterAlgorithm, FilterProblem, FilterSample, FilterTuning, RandomWalk, usual_tuning,
+};
+pub use unscented::SigmaSpread;
+pub use watch::InnovationAlarm;

@@ -14,8 +14,8 @@
 use dgd_runtime::for_identify::{HatFunction, HistoryPerturbation, NODES, PastSolution};
 use dgd_runtime::{Event, Solution};
 
-use super::coordinates::Coordinates;
-use super::interval::Interval;
+use super::coordinates::FilterCoordinates;
+use super::interval::TimeInterval;
 
 /// Number of nodes within the longest delay.
 const MOST_NODES: f64 = 60.0;
@@ -29,7 +29,7 @@ const AT_ONCE: f64 = 1e-7;
 
 /// The past of an estimate.
 #[derive(Debug, Clone)]
-pub(super) struct Remembered {
+pub(super) struct EstimateHistory {
     past: PastSolution,
     /// Sizes of the unknowns.
     sizes: Vec<f64>,
@@ -37,7 +37,7 @@ pub(super) struct Remembered {
     nodes: Vec<f64>,
 }
 
-impl Remembered {
+impl EstimateHistory {
     /// The past of the unknowns at the positions `watched`; `sizes` has the sizes of all unknowns.
     pub(super) fn new(watched: &[usize], sizes: &[f64], t: f64, y: &[f64]) -> Self {
         let sizes = watched.iter().map(|i| sizes[*i]).collect();
@@ -74,9 +74,9 @@ impl Remembered {
         &self,
         delays: &[(usize, f64)],
         events: &[Event],
-        over: Interval,
+        over: TimeInterval,
     ) -> Vec<f64> {
-        let Interval { from, until } = over;
+        let TimeInterval { from, until } = over;
         let apart = (until - from) / (MOST_PIECES * PIECES) as f64;
         let kinks = delays.iter().flat_map(|(_, tau)| self.past.marks().map(move |t| t + tau));
         let mut ends: Vec<f64> =
@@ -191,8 +191,8 @@ impl Remembered {
     }
 
     /// Positions of the variables that `delays`, pairs of unknown and delay, read between two times.
-    pub(super) fn read_between(&self, delays: &[(usize, f64)], over: Interval) -> Vec<usize> {
-        let Interval { from, until } = over;
+    pub(super) fn read_between(&self, delays: &[(usize, f64)], over: TimeInterval) -> Vec<usize> {
+        let TimeInterval { from, until } = over;
         let each = self.sizes.len();
         let is_read = |variable: &usize| {
             let HatFunction { left, right, .. } = self.hat(variable / each);
@@ -231,7 +231,7 @@ impl Remembered {
     }
 
     /// Sets the end to the states given by the variables.
-    pub(super) fn end_at(&mut self, coordinates: &Coordinates, variables: &[f64]) {
+    pub(super) fn end_at(&mut self, coordinates: &FilterCoordinates, variables: &[f64]) {
         let mut steps = vec![0.0; self.len()];
         let present = *self.nodes.last().unwrap_or(&0.0);
         for unknown in 0..self.sizes.len() {

@@ -2,15 +2,15 @@
 
 use dgd_runtime::Pattern;
 
-use super::signals::Chosen;
+use super::signals::ChosenSources;
 use super::{InversionError, InversionProblem};
-use crate::regression::known::Known;
+use crate::regression::known::RecordingSamples;
 use crate::regression::known::gains::Gains;
 use crate::variables::first_start;
 
 /// The equation at one sample.
 #[derive(Debug, Clone)]
-pub(super) struct Sample {
+pub(super) struct EquationSample {
     /// Position among all samples.
     pub(super) at: usize,
     pub(super) t: f64,
@@ -28,20 +28,20 @@ pub(super) struct Sample {
 }
 
 /// All usable samples.
-pub(super) struct Samples {
+pub(super) struct EquationSamples {
     pub(super) times: Vec<f64>,
-    pub(super) known: Vec<Sample>,
+    pub(super) known: Vec<EquationSample>,
 }
 
-impl Samples {
+impl EquationSamples {
     pub(super) fn new(
         problem: &InversionProblem<'_>,
-        chosen: &Chosen,
+        chosen: &ChosenSources,
     ) -> Result<Self, InversionError> {
         let InversionProblem { system, p, recording, input, .. } = *problem;
         let signature = system.signature();
         let row = chosen.equation;
-        let known = Known::new(system, p, 0, recording, &chosen.sensors, None)
+        let known = RecordingSamples::new(system, p, 0, recording, &chosen.sensors, None)
             .map_err(InversionError::Known)?;
         let guess = first_start(system, p, recording).unwrap_or_else(|_| {
             signature.unknowns.iter().map(|unknown| unknown.unit.factor).collect()
@@ -58,7 +58,7 @@ impl Samples {
         let mut dfdy = vec![0.0; signature.jacobian.len()];
         let mut dfdu = vec![0.0; signature.input_jacobian.len()];
         let (mut mass, still) = (vec![0.0; n], vec![0.0; signature.n_u()]);
-        let mut samples: Vec<Sample> = Vec::new();
+        let mut samples: Vec<EquationSample> = Vec::new();
         let mut is_cut = false;
         for (at, t) in known.times.iter().enumerate() {
             is_cut |= known.is_cut(at);
@@ -87,7 +87,7 @@ impl Samples {
             };
             let of_y = |s: usize| if is_differential { errors[(row, s)] } else { 0.0 };
             let same = samples.last().is_none_or(|last| last.is_differential == is_differential);
-            samples.push(Sample {
+            samples.push(EquationSample {
                 at,
                 t: *t,
                 is_differential,
@@ -103,7 +103,7 @@ impl Samples {
         if samples.len() < 2 {
             return Err(InversionError::NoSamples);
         }
-        Ok(Samples { times: known.times.clone(), known: samples })
+        Ok(EquationSamples { times: known.times.clone(), known: samples })
     }
 
     /// The usual time between samples, s.

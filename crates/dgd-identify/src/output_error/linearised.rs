@@ -24,7 +24,7 @@ use nalgebra::DVector;
 
 use crate::error::{TrialFailed, TrialFailure};
 use crate::output_error::{Evaluation, OutputErrorProblem, Starts, evaluate};
-use crate::recording::{Derivatives, Recording};
+use crate::recording::{DerivativeUse, Recording};
 
 /// Relative rounding error of times, and so of the lengths of steps between them.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -35,11 +35,11 @@ pub(crate) fn outputs_of(
     recording: &Recording,
     at: &LinearAt,
     options: &Options,
-    derivatives: Derivatives,
+    derivatives: DerivativeUse,
 ) -> Result<Observations, NotLinearised> {
     let times: &[f64] = &recording.times;
     let signature = problem.system.signature();
-    let with_slopes = derivatives == Derivatives::Yes;
+    let with_slopes = derivatives == DerivativeUse::Yes;
     let n_s = if with_slopes { signature.directions.len() } else { 0 };
     let n_w = signature.outputs.len();
     let mut observations = Observations { n_w, n_s, w: Vec::new(), dw: Vec::new() };
@@ -50,12 +50,12 @@ pub(crate) fn outputs_of(
         .map_err(NotLinearised::Run)?;
     let of_point = Problem { start: guess(recording, at, problem.start), ..*problem };
     let model = ParametricModel::new(&of_point, at, times, options, with_slopes)?;
-    let start = Start::new(problem, &model, from, options, n_s)?;
+    let start = LinearStart::new(problem, &model, from, options, n_s)?;
     let late = LateTimes::new(problem, times).map_err(NotLinearised::Run)?;
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
     let inputs = inputs.map_err(NotLinearised::Run)?;
     let wanted = late.as_ref().map_or(times, |late| &late.all);
-    let mut run = Run::new(problem, &model, &inputs, start);
+    let mut run = LinearRun::new(problem, &model, &inputs, start);
     let mut solution = run.to(wanted, Solution::empty(signature, n_s));
     if let Some(late) = &late {
         solution = late.split(times, solution);
@@ -65,13 +65,13 @@ pub(crate) fn outputs_of(
 }
 
 /// The initial state of a run.
-struct Start {
+struct LinearStart {
     x: DVector<f64>,
     /// ∂x/∂θ, by direction.
     s: Vec<DVector<f64>>,
 }
 
-impl Start {
+impl LinearStart {
     fn new(
         problem: &ModelProblem<'_>,
         model: &ParametricModel,
@@ -108,7 +108,7 @@ impl Start {
 }
 
 /// A linear simulation in progress: δx, and dδx/dθ by direction.
-struct Run<'a> {
+struct LinearRun<'a> {
     problem: &'a ModelProblem<'a>,
     model: &'a LinearMatrices,
     /// Derivatives of the matrices, by direction.
@@ -121,12 +121,12 @@ struct Run<'a> {
     s: Vec<DVector<f64>>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> LinearRun<'a> {
     fn new(
         problem: &'a ModelProblem<'a>,
         model: &'a ParametricModel,
         inputs: &'a Inputs,
-        start: Start,
+        start: LinearStart,
     ) -> Self {
         let signature = problem.system.signature();
         let directions = model.slopes.iter().flatten().map(|slopes| &slopes.a).collect();
@@ -234,7 +234,7 @@ impl<'a> Run<'a> {
     }
 
     /// δu, and its derivatives with respect to θ.
-    fn driven(&self, segment: Segment<'_>, t: f64) -> Driven {
+    fn driven(&self, segment: Segment<'_>, t: f64) -> InputDeviation {
         let signature = self.problem.system.signature();
         let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
         let mut u = vec![0.0; self.inputs.len()];
@@ -250,7 +250,7 @@ impl<'a> Run<'a> {
             moved
         });
         let moved = moved.collect();
-        Driven { u: DVector::from_vec(u) - &self.model.u, moved }
+        InputDeviation { u: DVector::from_vec(u) - &self.model.u, moved }
     }
 
     /// Outputs of a solution, including delayed ones.
@@ -269,7 +269,12 @@ impl<'a> Run<'a> {
     }
 
     /// w, and dw/dθ by direction.
-    fn outputs(&self, x: &[f64], s: &[f64], driven: &Driven) -> (DVector<f64>, Vec<DVector<f64>>) {
+    fn outputs(
+        &self,
+        x: &[f64],
+        s: &[f64],
+        driven: &InputDeviation,
+    ) -> (DVector<f64>, Vec<DVector<f64>>) {
         let LinearMatrices { c, d, w, .. } = self.model;
         let x = DVector::from_column_slice(x);
         let value = w + c * &x + d * &driven.u;
@@ -320,25 +325,25 @@ impl<'a> Run<'a> {
 }
 
 /// δu at a time, and d(δu)/dθ by direction.
-struct Driven {
+struct InputDeviation {
     u: DVector<f64>,
     moved: Vec<DVector<f64>>,
 }
 
 /// The nonlinear model with the estimates of its linearisation.
 #[derive(Debug, Clone)]
-pub struct Nonlinear {
+pub struct NonlinearModel {
     /// Its outputs and errors.
     pub evaluation: Evaluation,
     /// The operating point of each recording.
     pub points: Vec<Option<OperatingPoint>>,
     /// For each recording, the first time at which its run is in another mode than its operating point.
-    pub departures: Vec<Option<Departure>>,
+    pub departures: Vec<Option<ModeDeparture>>,
 }
 
 /// A departure of a run from the mode of its operating point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Departure {
+pub struct ModeDeparture {
     /// When, s.
     pub t: f64,
     /// The automaton, or the model's condition on time.
@@ -384,7 +389,7 @@ pub fn nonlinear(
     problem: &OutputErrorProblem<'_>,
     p: &[f64],
     starts: &[Starts],
-) -> Result<Nonlinear, TrialFailed> {
+) -> Result<NonlinearModel, TrialFailed> {
     let points = operating_points(problem, p, starts)?;
     let of_model = |recording: &Recording| Recording { linear: None, ..recording.clone() };
     let recordings: Vec<Recording> = problem.recordings.iter().map(of_model).collect();
@@ -403,7 +408,7 @@ pub fn nonlinear(
         let failed = |error| TrialFailed { recording, reason: TrialFailure::Simulation(error) };
         found.map_err(failed)
     });
-    Ok(Nonlinear { evaluation, points, departures: departures.collect::<Result<_, _>>()? })
+    Ok(NonlinearModel { evaluation, points, departures: departures.collect::<Result<_, _>>()? })
 }
 
 /// The first departure of a run from the modes of the point; a `when` that acts counts as one.
@@ -412,7 +417,7 @@ fn departure(
     times: &[f64],
     point: &OperatingPoint,
     options: &Options,
-) -> Result<Option<Departure>, IntegrateError> {
+) -> Result<Option<ModeDeparture>, IntegrateError> {
     let discrete = &problem.system.signature().discrete;
     let solution = simulate(problem, times, options).map_err(|failure| failure.error)?;
     let event = solution.events.iter().find(|event| {
@@ -420,7 +425,7 @@ fn departure(
         automata
             .any(|automaton| !automaton.kind.keeps_slopes() && automaton.name == event.automaton)
     });
-    let by_event = event.map(|event| Departure {
+    let by_event = event.map(|event| ModeDeparture {
         t: event.t,
         automaton: event.automaton.clone(),
         at_point: event.from.clone(),
@@ -440,7 +445,7 @@ fn departure(
                     .cloned()
                     .unwrap_or_else(|| if z == 0.0 { "before".into() } else { "after".into() })
             };
-            Departure {
+            ModeDeparture {
                 t: solution.times[k],
                 automaton: automaton.map_or("a condition on time".into(), |a| a.name.clone()),
                 at_point: mode(*at),

@@ -18,8 +18,8 @@ use dgd_runtime::{Direction, EvaluationPoint, Pattern};
 
 use crate::recording::Recording;
 use crate::regression::error::RegressionError;
-use crate::regression::known::Known;
-use crate::regression::known::late::{BeforeRecord, Late};
+use crate::regression::known::RecordingSamples;
+use crate::regression::known::late::{BeforeRecord, DelayedColumns};
 
 /// The equation or output of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,7 +149,7 @@ pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
 
 /// One row.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Row<'a> {
+pub(crate) struct RegressionRow<'a> {
     /// Position of its kind.
     pub kind: usize,
     /// Position of its recording, and of its sample in the recording.
@@ -164,10 +164,10 @@ pub(crate) struct Row<'a> {
 }
 
 /// Evaluates rows.
-pub(crate) struct Rows<'a> {
+pub(crate) struct RegressionRows<'a> {
     system: &'a dyn Model,
     pub recordings: &'a [Recording],
-    pub known: &'a [Known],
+    pub known: &'a [RecordingSamples],
     pub kinds: Vec<RowKind>,
     /// Positions of the free parameters.
     pub free: &'a [usize],
@@ -179,7 +179,7 @@ pub(crate) struct Rows<'a> {
     dfdp: Vec<f64>,
     dfdu: Vec<f64>,
     dtau: Vec<f64>,
-    late: Option<Late>,
+    late: Option<DelayedColumns>,
     u: Vec<f64>,
     output_jacobians: [Vec<f64>; 3],
     dwdt: Vec<f64>,
@@ -189,11 +189,11 @@ pub(crate) struct Rows<'a> {
     slopes: Vec<f64>,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> RegressionRows<'a> {
     pub(crate) fn new(
         system: &'a dyn Model,
         recordings: &'a [Recording],
-        known: &'a [Known],
+        known: &'a [RecordingSamples],
         kinds: Vec<RowKind>,
         free: &'a [usize],
     ) -> Self {
@@ -211,7 +211,7 @@ impl<'a> Rows<'a> {
             dfdp: vec![0.0; signature.parameter_jacobian.len()],
             dfdu: vec![0.0; signature.input_jacobian.len()],
             dtau: vec![0.0; signature.delays.len() * signature.directions.len()],
-            late: Late::new(system),
+            late: DelayedColumns::new(system),
             u: vec![0.0; signature.n_u()],
             output_jacobians: [0, 1, 2].map(|of| vec![0.0; signature.output_jacobians[of].len()]),
             dwdt: vec![0.0; n_w],
@@ -393,7 +393,7 @@ impl<'a> Rows<'a> {
     pub(crate) fn visit(
         &mut self,
         p: &[f64],
-        visitor: &mut dyn FnMut(Row<'_>),
+        visitor: &mut dyn FnMut(RegressionRow<'_>),
     ) -> Result<(), RegressionError> {
         self.visit_every(1, p, visitor)
     }
@@ -403,7 +403,7 @@ impl<'a> Rows<'a> {
         &mut self,
         stride: usize,
         p: &[f64],
-        visitor: &mut dyn FnMut(Row<'_>),
+        visitor: &mut dyn FnMut(RegressionRow<'_>),
     ) -> Result<(), RegressionError> {
         let n = self.free.len();
         let mut targets = vec![0.0; self.kinds.len()];
@@ -443,7 +443,15 @@ impl<'a> Rows<'a> {
                         });
                     }
                     let slopes = &self.slopes;
-                    visitor(Row { kind, recording, sample, predicted, target, residual, slopes });
+                    visitor(RegressionRow {
+                        kind,
+                        recording,
+                        sample,
+                        predicted,
+                        target,
+                        residual,
+                        slopes,
+                    });
                 }
             }
         }

@@ -17,8 +17,8 @@ use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::{FileSystem, InMemory};
 use dgd_discover::{BaseModel, DiscoverError, Discovery, Gap, Request, Scales, templates};
-use dgd_identify::journal::{Forgetful, Journal};
-use dgd_identify::{Recording, Unwatched};
+use dgd_identify::journal::{Journal, NoJournal};
+use dgd_identify::{NoMonitor, Recording};
 use dgd_plot::Figure;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::signature::Direction;
@@ -118,14 +118,14 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         threads: session.threads,
         seed: session.seed,
         budget: request.budget,
-        journal: &Forgetful,
-        watch: &Unwatched,
+        journal: &NoJournal,
+        watch: &NoMonitor,
     };
     let journal = keeping::journal(&request.keep, || search.digest(), session)?;
     session.listener.begins(journal.is_some());
     let kept: &dyn Journal = match &journal {
         Some(journal) => journal,
-        None => &Forgetful,
+        None => &NoJournal,
     };
     let search = Request { journal: kept, watch: session.listener, ..search };
     let mut diagnostics = Diagnostics::default();

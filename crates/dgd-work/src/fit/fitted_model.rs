@@ -10,7 +10,7 @@ use dgd_compiler::syntax::edit::{ElementText, NewValue, element_of, list_of, wit
 use dgd_compiler::syntax::layout;
 use dgd_compiler::units::Unit;
 use dgd_data::cell::push_number;
-use dgd_identify::Estimate;
+use dgd_identify::ParameterEstimate;
 use dgd_runtime::Direction;
 
 /// Digits of an estimate; the rest is far below the tolerance of any simulation.
@@ -46,7 +46,7 @@ pub(crate) fn text(
     compiled: &CompiledStages,
     sources: &SourceMap,
     settings: &[Setting],
-    estimates: &[Estimate],
+    estimates: &[ParameterEstimate],
     model: &Path,
     folder: &Path,
 ) -> String {
@@ -89,11 +89,11 @@ type Elements = (Span, bool, Vec<ElementText>);
 fn arrays(
     compiled: &CompiledStages,
     settings: &[Setting],
-    estimates: &[Estimate],
+    estimates: &[ParameterEstimate],
 ) -> Vec<NewValue> {
     let constants = compiled.model.constants.iter().map(|c| (&c.declared, c.value, None));
     let parameters = compiled.dae.parameters.iter().enumerate().map(|(i, parameter)| {
-        let is_it = |e: &&Estimate| e.of == Direction::Parameter(i);
+        let is_it = |e: &&ParameterEstimate| e.of == Direction::Parameter(i);
         (&parameter.declared, parameter.value, estimates.iter().find(is_it))
     });
     let mut arrays: BTreeMap<&str, Elements> = BTreeMap::new();
@@ -121,7 +121,7 @@ fn arrays(
     changed.map(value).collect()
 }
 
-fn new_value(compiled: &CompiledStages, estimate: &Estimate) -> Option<NewValue> {
+fn new_value(compiled: &CompiledStages, estimate: &ParameterEstimate) -> Option<NewValue> {
     let (name, called, unit) = match estimate.of {
         Direction::Parameter(i) => {
             let declared = &compiled.dae.parameters[i].declared;

@@ -25,7 +25,7 @@ use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::source::SourceMap;
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
-use dgd_identify::Estimate;
+use dgd_identify::ParameterEstimate;
 use dgd_plot::Figure;
 use dgd_runtime::Signature;
 use serde::{Serialize, Serializer};
@@ -50,7 +50,7 @@ pub struct Fitted {
     /// The estimator.
     pub estimator: Estimator,
     /// The estimates, SI: parameters, and initial values of recordings.
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// Figures, if requested.
     pub figures: Vec<FitFigure>,
     /// Reasons why the estimates are incomplete; empty for a fit that converged.
@@ -97,7 +97,7 @@ struct Found {
     json: Value,
     text: String,
     figures: Vec<FitFigure>,
-    estimates: Vec<Estimate>,
+    estimates: Vec<ParameterEstimate>,
     /// The recordings with their simulations.
     traces: Vec<Trace>,
     /// Files in addition to the result and the model.

@@ -179,7 +179,7 @@ impl Minima {
         let minimum = |minimum: &LocalMinimum| {
             let fit = self.all().fit_of(minimum.points[0]);
             let estimates = fit.map_or(&[][..], |fit| &fit.estimates);
-            let entry = |(i, estimate): (usize, &dgd_identify::Estimate)| {
+            let entry = |(i, estimate): (usize, &dgd_identify::ParameterEstimate)| {
                 let unit = outcome.unit(i);
                 let value = unit.from_si(estimate.value);
                 (outcome.name(i), json!({ "value": value, "unit": unit.symbol }))

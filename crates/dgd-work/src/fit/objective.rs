@@ -2,7 +2,7 @@
 
 use dgd_execute::LoadedSystem;
 use dgd_identify::{
-    Noise, OutputErrorProblem, Prior, Recording, Starts, TrialFailure, evaluate,
+    NoiseSource, OutputErrorProblem, Prior, Recording, Starts, TrialFailure, evaluate,
     outputs_with_sensitivities,
 };
 use dgd_runtime::parallel::in_parallel_by_model;
@@ -267,7 +267,8 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
             )));
         }
     }
-    if outputs.iter().zip(&task.noise).any(|(_, used)| used.is_some_and(Noise::is_likelihood)) {
+    if outputs.iter().zip(&task.noise).any(|(_, used)| used.is_some_and(NoiseSource::is_likelihood))
+    {
         densities::refuse(task.system.signature(), "the objective of a fit")?;
         return Err(WorkError::Usage(
             "the objective of a fit takes no column of standard deviations: leave out `std(…)`"

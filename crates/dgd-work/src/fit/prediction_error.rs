@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use dgd_compiler::model::ProcessNoise;
 use dgd_compiler::pipeline::CompiledStages;
 use dgd_identify::filter::{
-    FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
-    prediction_error, prediction_error_profiles, predictions,
+    FilterProblem, LevelEstimate, NoiseLevelSource, PredictionError, PredictionErrorProblem,
+    TrackedRow, prediction_error, prediction_error_profiles, predictions,
 };
 use dgd_identify::{
-    Bound, Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts,
-    StoppingRule, Termination, evaluate,
+    BoundReached, EstimateError, Evaluation, NoiseSource, OutputErrorProblem, ParameterEstimate,
+    Recording, Starts, StoppingRule, Termination, evaluate,
 };
 use dgd_plot::{Figure, Meaning, Panel, Text};
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
@@ -56,7 +56,11 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         .map_err(|error| task.failed(EstimateError::Start(error), &request.data))?;
     let held_out = OutputErrorProblem {
         recordings: &task.valid,
-        noise: fit.noise.iter().map(|noise| noise.map(|noise| Noise::Known(noise.value))).collect(),
+        noise: fit
+            .noise
+            .iter()
+            .map(|noise| noise.map(|noise| NoiseSource::Known(noise.value)))
+            .collect(),
         ..of_simulation
     };
     let is_converged = fit.termination.is_converged();
@@ -125,15 +129,15 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
     let is_free = |direction: &Direction| is_free(&task.compiled, request, direction);
     let output_error = task.problem();
     let refused = || unreachable!("refused when the task was loaded");
-    let level = |noise: &Option<Noise>| {
+    let level = |noise: &Option<NoiseSource>| {
         noise.map(|noise| match noise {
-            Noise::Known(sigma) => Level::Known(sigma),
-            Noise::Estimated => Level::Estimated,
-            Noise::Density(density) => {
+            NoiseSource::Known(sigma) => NoiseLevelSource::Known(sigma),
+            NoiseSource::Estimated => NoiseLevelSource::Estimated,
+            NoiseSource::Density(density) => {
                 let parameter = densities::parameter_of(&task.compiled.model, density);
-                parameter.map_or_else(refused, Level::Parameter)
+                parameter.map_or_else(refused, NoiseLevelSource::Parameter)
             }
-            Noise::Recorded | Noise::Stabilised(..) => refused(),
+            NoiseSource::Recorded | NoiseSource::Stabilised(..) => refused(),
         })
     };
     let Options { rtol, atol, .. } = output_error.options;
@@ -154,17 +158,17 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
 }
 
 /// Process noise of each state: as declared, and estimated otherwise.
-fn rates(task: &Task<'_>) -> Vec<Level> {
+fn rates(task: &Task<'_>) -> Vec<NoiseLevelSource> {
     let system = task.system.as_model();
     let level = |i: usize| {
         let name = task.system.signature().unknowns.name(i);
         match task.compiled.model.process_noise(&name)? {
-            ProcessNoise::Known(rate) => Some(Level::Known(rate)),
-            ProcessNoise::Parameter(i) => Some(Level::Parameter(i as usize)),
+            ProcessNoise::Known(rate) => Some(NoiseLevelSource::Known(rate)),
+            ProcessNoise::Parameter(i) => Some(NoiseLevelSource::Parameter(i as usize)),
         }
     };
     let states = FilterProblem::new(system, &task.p).states().into_iter();
-    states.map(|i| level(i).unwrap_or(Level::Estimated)).collect()
+    states.map(|i| level(i).unwrap_or(NoiseLevelSource::Estimated)).collect()
 }
 
 /// Whether a direction is estimated. All states have one; some initial values are given.
@@ -206,7 +210,7 @@ impl Estimated for Outcome<'_> {
         self.task.system.signature()
     }
 
-    fn estimates(&self) -> &[Estimate] {
+    fn estimates(&self) -> &[ParameterEstimate] {
         &self.found.estimates
     }
 
@@ -260,7 +264,8 @@ impl Outcome<'_> {
 
     fn to_json(&self) -> Value {
         let (signature, found, task) = (self.signature(), self.found, self.task);
-        let of_parameter = |estimate: &&Estimate| matches!(estimate.of, Direction::Parameter(_));
+        let of_parameter =
+            |estimate: &&ParameterEstimate| matches!(estimate.of, Direction::Parameter(_));
         let parameters: Map<String, Value> = found
             .estimates
             .iter()
@@ -325,11 +330,11 @@ impl Outcome<'_> {
     fn undetermined(&self) -> Vec<Vec<String>> {
         let n = self.found.estimates.len();
         let sought_rates = (self.states().into_iter().zip(rates(self.task)))
-            .filter(|(_, level)| *level == Level::Estimated)
+            .filter(|(_, level)| *level == NoiseLevelSource::Estimated)
             .map(|(i, _)| format!("process noise of {}", self.signature().unknowns.name(i)));
         let outputs = self.signature().outputs.iter().zip(&self.task.noise);
         let sought_noise = outputs
-            .filter(|(_, noise)| **noise == Some(Noise::Estimated))
+            .filter(|(_, noise)| **noise == Some(NoiseSource::Estimated))
             .map(|(output, _)| format!("noise of {}", output.name));
         let levels: Vec<String> = sought_rates.chain(sought_noise).collect();
         let name = |i: usize| match i.checked_sub(n) {
@@ -402,7 +407,7 @@ fn innovations(
     output: &Output,
     i: usize,
     recording: &Recording,
-    rows: &[Row],
+    rows: &[TrackedRow],
     file: &str,
 ) -> (Subject, Panel) {
     let unit = &output.unit;
@@ -412,7 +417,7 @@ fn innovations(
     // Of two rows at one time, the second has the innovation.
     let positions = (0..recording.times.len())
         .filter(|k| recording.times.get(k + 1) != Some(&recording.times[*k]));
-    let of_row = |(k, row): (usize, &Row)| match row.innovations[i] {
+    let of_row = |(k, row): (usize, &TrackedRow)| match row.innovations[i] {
         Some(innovation) => [
             unit.from_si(samples[k] - innovation.value),
             innovation.value / factor,
@@ -463,8 +468,8 @@ fn level_row(name: String, level: LevelEstimate, unit: &Unit, scale: f64) -> [St
     let value = level.value * scale / unit.factor.abs();
     let std = match (level.log_std, level.at_bound) {
         (Some(std), _) => significant(std * value, 2),
-        (None, Some(Bound::Lower)) => "none is needed".to_owned(),
-        (None, Some(Bound::Upper)) => "at its upper bound".to_owned(),
+        (None, Some(BoundReached::Lower)) => "none is needed".to_owned(),
+        (None, Some(BoundReached::Upper)) => "at its upper bound".to_owned(),
         (None, None) => "-".to_owned(),
     };
     [name, significant(value, 3), std, unit.symbol.to_string()]

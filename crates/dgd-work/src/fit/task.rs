@@ -9,11 +9,11 @@ use dgd_compiler::source::SourceMap;
 use dgd_data::files::journal::RunJournal;
 use dgd_execute::LoadedSystem;
 use dgd_identify::filter::FilterProblem;
-use dgd_identify::journal::{Digest, Keeping};
+use dgd_identify::journal::{Digest, JournalScope};
 use dgd_identify::{
-    Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem, Prior,
-    Recording, StoppingRule, Termination, TrialFailed, TrialFailure, counts_from, evaluate,
-    fit_starts, nonlinear, operating_points,
+    EstimateError, Evaluation, Fit, NoiseCorrelation, NoiseSource, OutputErrorProblem,
+    ParameterEstimate, Prior, Recording, StoppingRule, Termination, TrialFailed, TrialFailure,
+    counts_from, evaluate, fit_starts, nonlinear, operating_points,
 };
 use dgd_runtime::linearize::NotLinearised;
 use dgd_runtime::signature::PriorDensity;
@@ -50,7 +50,7 @@ pub(super) struct Task<'s> {
     pub(super) p: Vec<f64>,
     pub(super) train: Vec<Recording>,
     pub(super) valid: Vec<Recording>,
-    pub(super) noise: Vec<Option<Noise>>,
+    pub(super) noise: Vec<Option<NoiseSource>>,
     /// Outputs whose noise cannot be estimated.
     pub(super) few: FewSamples,
     /// Whether a file has rows without time.
@@ -139,7 +139,7 @@ impl<'s> Task<'s> {
             }
             Estimator::PredictionError => {
                 let levels = FilterProblem::new(system.as_model(), &p).states().len()
-                    + noise.iter().filter(|noise| **noise == Some(Noise::Estimated)).count();
+                    + noise.iter().filter(|noise| **noise == Some(NoiseSource::Estimated)).count();
                 let is_free = |direction: &Direction| {
                     prediction_error::is_free(&compiled, request, direction)
                 };
@@ -244,8 +244,8 @@ impl<'s> Task<'s> {
             threads: self.session.threads,
             watch: self.session.listener,
             keeping: match &self.journal {
-                Some(journal) => Keeping { journal, of: self.digest },
-                None => Keeping::NOTHING,
+                Some(journal) => JournalScope { journal, of: self.digest },
+                None => JournalScope::NOTHING,
             },
             ..OutputErrorProblem::new(self.system.as_model(), &self.p, &self.train)
         }
@@ -271,8 +271,8 @@ impl<'s> Task<'s> {
         if self.valid.is_empty() {
             return Ok(None);
         }
-        let of_fit = |(noise, sigma): (&Option<Noise>, &Option<f64>)| {
-            noise.filter(|noise| noise.is_likelihood()).or(sigma.map(Noise::Known))
+        let of_fit = |(noise, sigma): (&Option<NoiseSource>, &Option<f64>)| {
+            noise.filter(|noise| noise.is_likelihood()).or(sigma.map(NoiseSource::Known))
         };
         let noise = problem.noise.iter().zip(&fit.noise).map(of_fit).collect();
         let held_out =
@@ -440,7 +440,7 @@ fn stalled(fit: &Fit) -> String {
 }
 
 /// The sentence for a search that ended on a plateau between bounds.
-pub(super) fn flat(estimates: &[Estimate]) -> String {
+pub(super) fn flat(estimates: &[ParameterEstimate]) -> String {
     let bound = estimates.iter().filter(|estimate| estimate.at_bound.is_some());
     let bound: Vec<String> = bound.map(|estimate| format!("`{}`", estimate.name)).collect();
     let at_bounds = match bound.len() {

@@ -3,7 +3,7 @@
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use dgd_identify::{Of, Progress};
+use dgd_identify::{Progress, Total};
 use dgd_runtime::{IntegrateError, RunMonitor};
 
 use crate::output::quantity::moment;
@@ -58,7 +58,7 @@ fn so_far(watched: &RunMonitor, from: f64, until: f64) -> Progress {
     let part = (watched.reached() - from) / (until - from);
     // A run without length has made no progress.
     let percent = (100.0 * part).clamp(0.0, 100.0) as usize;
-    Progress { what: "percent simulated", done: percent, of: Of::Exactly(100) }
+    Progress { what: "percent simulated", done: percent, of: Total::Exactly(100) }
 }
 
 /// Signals the end of the work.
@@ -96,7 +96,7 @@ mod tests {
         for (reached, percent) in [(10.0, 0), (12.0, 10), (29.9, 99), (30.0, 100), (31.0, 100)] {
             WATCHED.tell(reached);
             let Progress { done, of, .. } = so_far(&WATCHED, 10.0, 30.0);
-            assert_eq!((done, of), (percent, Of::Exactly(100)));
+            assert_eq!((done, of), (percent, Total::Exactly(100)));
         }
         // NaN counts as 0.
         assert_eq!(so_far(&WATCHED, 31.0, 31.0).done, 0);

@@ -24,7 +24,7 @@ use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::source::SourceMap;
 use dgd_data::files::Files;
 use dgd_data::{FileSystem, Reading, Table};
-use dgd_identify::Of;
+use dgd_identify::Total;
 use dgd_plot::{Figure, Text};
 use dgd_runtime::Options;
 use dgd_screen::redundant::Compared;
@@ -82,7 +82,7 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
         let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
         let n = recordings.len();
         for (k, one) in recordings.iter_mut().enumerate() {
-            session.advanced("recordings compared with the model", k, Of::Exactly(n));
+            session.advanced("recordings compared with the model", k, Total::Exactly(n));
             model.look_at(one);
         }
     }
@@ -297,7 +297,7 @@ fn screen_all(
         .iter()
         .enumerate()
         .map(|(k, record)| {
-            session.advanced("recordings", k, Of::Exactly(records.len()));
+            session.advanced("recordings", k, Total::Exactly(records.len()));
             let position = |name: &String| record.channels.iter().position(|c| c.name == name);
             let pairs = |names: &[[String; 2]]| -> Vec<[usize; 2]> {
                 let pair = |[a, b]: &[String; 2]| {

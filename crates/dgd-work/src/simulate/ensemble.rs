@@ -211,7 +211,7 @@ impl Ensemble {
                 run.system.reduce_members(&members, times, options, threads, |_, one| {
                     let trajectory = one.map_err(|failure| failure.error)?;
                     let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                    let count = dgd_identify::Of::Exactly(all);
+                    let count = dgd_identify::Total::Exactly(all);
                     session.advanced("sets", done, count);
                     let columns = shown.iter().map(|shown| values(&trajectory, shown.of));
                     Ok((columns.collect::<Vec<_>>(), trajectory.statistics))

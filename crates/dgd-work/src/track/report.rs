@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dgd_data::Epoch;
 use dgd_data::write::{Written, write_header, write_rows};
-use dgd_identify::filter::{Alarm, FilterProblem, Row, Tracked};
+use dgd_identify::filter::{FilterProblem, InnovationAlarm, TrackedEstimate, TrackedRow};
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
 use dgd_runtime::Unit;
 use serde_json::{Value, json};
@@ -59,17 +59,21 @@ impl Report {
     }
 
     /// The line of a row.
-    pub(super) fn line(&self, row: &Row, out: &mut dyn Write) -> io::Result<()> {
+    pub(super) fn line(&self, row: &TrackedRow, out: &mut dyn Write) -> io::Result<()> {
         self.with_columns(Some(row), |columns| write_rows(out, columns))
     }
 
     /// Columns: time; value and standard deviation of states and parameters; innovation and its expected standard
     /// deviation of outputs; the normalised square of the innovations.
-    fn with_columns<T>(&self, row: Option<&Row>, write: impl FnOnce(&[Written<'_>]) -> T) -> T {
+    fn with_columns<T>(
+        &self,
+        row: Option<&TrackedRow>,
+        write: impl FnOnce(&[Written<'_>]) -> T,
+    ) -> T {
         let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
         let one = Unit { symbol: "1".into(), factor: 1.0, offset: 0.0 };
         let mut cells: Vec<(String, &Unit, [f64; 1])> = Vec::new();
-        let none = Tracked { value: f64::NAN, std: f64::NAN };
+        let none = TrackedEstimate { value: f64::NAN, std: f64::NAN };
         cells.push(("time".to_owned(), &seconds, [row.map_or(f64::NAN, |row| row.t)]));
         let states = self.states.iter().enumerate();
         let states = states.map(|(k, of)| (of, row.map_or(none, |row| row.states[k])));
@@ -95,8 +99,8 @@ impl Report {
     }
 
     /// A row for programs.
-    pub(super) fn json(&self, row: &Row) -> Value {
-        let tracked = |subjects: &[Subject], rows: &[Tracked]| -> Value {
+    pub(super) fn json(&self, row: &TrackedRow) -> Value {
+        let tracked = |subjects: &[Subject], rows: &[TrackedEstimate]| -> Value {
             let entries = subjects.iter().zip(rows).map(|(of, tracked)| {
                 let value = of.unit.from_si(tracked.value);
                 let std = tracked.std / of.unit.factor.abs();
@@ -123,14 +127,14 @@ impl Report {
             "nis": (row.samples > 0).then_some(row.normalised_square),
             "failure": row.failure.as_ref().map(ToString::to_string),
             "alarm": row.alarm.map(|alarm| match alarm {
-                Alarm::Diverged { .. } => "diverged",
-                Alarm::Recovered => "recovered",
+                InnovationAlarm::Diverged { .. } => "diverged",
+                InnovationAlarm::Recovered => "recovered",
             }),
         })
     }
 
     /// Estimates with ± 2 standard deviations, then innovations with their expected ones.
-    pub(super) fn figure(&self, rows: &[Row]) -> Figure {
+    pub(super) fn figure(&self, rows: &[TrackedRow]) -> Figure {
         let times: Vec<f64> = rows.iter().map(|row| row.t).collect();
         let states = self.states.iter().enumerate();
         let states = states.map(|(k, of)| (of, rows.iter().map(|row| row.states[k]).collect()));
@@ -139,9 +143,10 @@ impl Report {
             parameters.map(|(k, of)| (of, rows.iter().map(|row| row.parameters[k]).collect()));
         let mut panels: Vec<Panel> = states
             .chain(parameters)
-            .map(|(of, tracked): (&Subject, Vec<Tracked>)| {
+            .map(|(of, tracked): (&Subject, Vec<TrackedEstimate>)| {
                 let most = MOST_BAND * median(tracked.iter().map(|tracked| tracked.std));
-                let bound = |t: &Tracked, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
+                let bound =
+                    |t: &TrackedEstimate, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
                 let edge = |k: f64| tracked.iter().map(|t| bound(t, k)).collect();
                 panel(of, &times, edge(0.0), edge(-2.0), edge(2.0), Style::Line)
             })
@@ -150,7 +155,7 @@ impl Report {
             let expected = rows.iter().filter_map(|row| Some(row.innovations[*i]?.std));
             let most = MOST_BAND * median(expected);
             let edge = |pick: fn(f64, f64) -> f64| -> Vec<f64> {
-                let of_row = |row: &Row| {
+                let of_row = |row: &TrackedRow| {
                     let innovation = row.innovations[*i];
                     let std = |std: f64| std.min(most);
                     innovation.map_or(f64::NAN, |it| pick(it.value, std(it.std)) / of.unit.factor)

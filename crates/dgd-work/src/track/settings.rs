@@ -8,7 +8,9 @@ use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
 use dgd_compiler::units::{Unit, read_unit};
-use dgd_identify::filter::{Estimator, FilterProblem, Sample, Spread, Tuning, usual_tuning};
+use dgd_identify::filter::{
+    FilterAlgorithm, FilterProblem, FilterSample, FilterTuning, SigmaSpread, usual_tuning,
+};
 use serde_json::{Value, json};
 
 use super::failed;
@@ -200,7 +202,7 @@ fn find<'a>(
 }
 
 /// The estimator with its options.
-pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> {
+pub(super) fn estimator(request: &TrackRequest) -> Result<FilterAlgorithm, WorkError> {
     let refuse = |option: &str, why: &str| Err(WorkError::Usage(format!("`{option}` {why}")));
     match request.estimator {
         Tracker::Ekf | Tracker::Ukf if request.forgetting.is_some() => refuse(
@@ -213,9 +215,9 @@ pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> 
             "belongs to `ekf` and `ukf`; in `--estimator recursive`, `--forgetting` says how fast \
              parameters may change",
         ),
-        Tracker::Ekf => Ok(Estimator::ExtendedKalman),
-        Tracker::Ukf => Ok(Estimator::Unscented(Spread::default())),
-        Tracker::Recursive => Ok(Estimator::Recursive {
+        Tracker::Ekf => Ok(FilterAlgorithm::ExtendedKalman),
+        Tracker::Ukf => Ok(FilterAlgorithm::Unscented(SigmaSpread::default())),
+        Tracker::Recursive => Ok(FilterAlgorithm::Recursive {
             forgetting_factor: request.forgetting.unwrap_or(FORGETTING),
             most_covariance: 1.0,
         }),
@@ -224,8 +226,8 @@ pub(super) fn estimator(request: &TrackRequest) -> Result<Estimator, WorkError> 
 
 /// Uncertainties and noise, with their sources.
 pub(super) struct Settings {
-    pub tuning: Tuning,
-    estimator: Estimator,
+    pub tuning: FilterTuning,
+    estimator: FilterAlgorithm,
     /// For states, then for parameters: sources of the initial uncertainty and of the process noise.
     origins: Vec<[Origin; 2]>,
     noise: Vec<Option<Origin>>,
@@ -239,7 +241,7 @@ impl Settings {
         asked: &Asked,
         compiled: &CompiledStages,
         problem: &FilterProblem<'_>,
-        first: Sample<'_>,
+        first: FilterSample<'_>,
         measured: &[bool],
     ) -> Result<Self, WorkError> {
         let signature = problem.system.signature();
@@ -313,17 +315,17 @@ impl Settings {
 
     fn name(&self) -> &'static str {
         match self.estimator {
-            Estimator::ExtendedKalman => "extended Kalman filter",
-            Estimator::Unscented(_) => "unscented Kalman filter",
-            Estimator::Recursive { .. } => "recursive prediction error",
+            FilterAlgorithm::ExtendedKalman => "extended Kalman filter",
+            FilterAlgorithm::Unscented(_) => "unscented Kalman filter",
+            FilterAlgorithm::Recursive { .. } => "recursive prediction error",
         }
     }
 
     /// As text.
     pub(super) fn text(&self, problem: &FilterProblem<'_>) -> String {
-        let recursive = matches!(self.estimator, Estimator::Recursive { .. });
+        let recursive = matches!(self.estimator, FilterAlgorithm::Recursive { .. });
         let mut text = format!("{}\n", self.name());
-        if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
+        if let FilterAlgorithm::Recursive { forgetting_factor, .. } = self.estimator {
             let _ = writeln!(
                 text,
                 "forgetting factor {forgetting_factor}: a memory of {:.0} rows; the covariance of the \
@@ -368,7 +370,7 @@ impl Settings {
     pub(super) fn json(&self, problem: &FilterProblem<'_>) -> Value {
         let mut result = serde_json::Map::new();
         result.insert("estimator".to_owned(), json!(self.name()));
-        if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
+        if let FilterAlgorithm::Recursive { forgetting_factor, .. } = self.estimator {
             result.insert("forgetting_factor".to_owned(), json!(forgetting_factor));
         }
         let tracked =
@@ -398,7 +400,7 @@ impl Settings {
         result.into()
     }
 
-    fn walk(&self, k: usize) -> dgd_identify::filter::Walk {
+    fn walk(&self, k: usize) -> dgd_identify::filter::RandomWalk {
         let states = &self.tuning.states;
         states.get(k).copied().unwrap_or_else(|| self.tuning.parameters[k - states.len()])
     }

@@ -1,6 +1,6 @@
 //! The result of a screen for each candidate.
 
-use dgd_identify::journal::Kept;
+use dgd_identify::journal::Journaled;
 use dgd_identify::keep_by_fields;
 
 use super::projection::dot;
@@ -73,7 +73,7 @@ keep_by_fields!(Screen { scores, trials, silent });
 
 keep_by_fields!(Silent { candidate, why, remedy });
 
-impl Kept for Remedy {
+impl Journaled for Remedy {
     fn write(&self, bytes: &mut Vec<u8>) {
         let fits = matches!(self, Remedy::Fit | Remedy::FitAnyway);
         [matches!(self, Remedy::ScoreIsZero | Remedy::FitAnyway), fits].write(bytes);

@@ -2,7 +2,7 @@
 
 use dgd_execute::LoadedSystem;
 use dgd_identify::outputs_with_sensitivities as observe;
-use dgd_identify::{Derivatives, Recording, outputs_of};
+use dgd_identify::{DerivativeUse, Recording, outputs_of};
 use dgd_runtime::{Direction, System};
 
 use super::projection::Basis;
@@ -73,7 +73,7 @@ pub(super) fn outputs(system: &LoadedSystem, values: &Values, data: &Data<'_>) -
     let mut outputs = Vec::new();
     for (r, recording) in data.train.iter().enumerate() {
         let (start, options) = (values.starts(system, r), data.options_for(system));
-        let without = Derivatives::No;
+        let without = DerivativeUse::No;
         let simulated =
             outputs_of(system.as_model(), recording, &p, &start, &options, without).ok()?;
         let sensors = data.noise.iter().zip(&recording.measured).enumerate();

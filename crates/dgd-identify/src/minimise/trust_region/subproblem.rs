@@ -36,7 +36,7 @@ const MOST: usize = 60;
 const SMALLEST: f64 = 1e-16;
 
 /// A quadratic model on a box.
-pub(super) struct Quadratic<'a> {
+pub(super) struct QuadraticModel<'a> {
     pub h: DMatrix<f64>,
     g: &'a DVector<f64>,
     /// Influence of each variable, diag(JᵀJ).
@@ -47,7 +47,7 @@ pub(super) struct Quadratic<'a> {
     upper: DVector<f64>,
 }
 
-impl<'a> Quadratic<'a> {
+impl<'a> QuadraticModel<'a> {
     /// At a point, with the curvature H and the scale D².
     pub(super) fn new(
         normal: &'a NormalEquations,
@@ -186,10 +186,10 @@ mod tests {
         scale: &'a DVector<f64>,
         lower: [f64; 2],
         upper: [f64; 2],
-    ) -> Quadratic<'a> {
+    ) -> QuadraticModel<'a> {
         let h = DMatrix::from_row_slice(2, 2, &h);
         let (lower, upper) = (DVector::from_row_slice(&lower), DVector::from_row_slice(&upper));
-        Quadratic::new(at, h, scale, lower, upper)
+        QuadraticModel::new(at, h, scale, lower, upper)
     }
 
     /// On a grid of the box and the ellipse nothing is clearly below the step found: with curvature of either sign, a

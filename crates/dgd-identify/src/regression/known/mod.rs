@@ -27,8 +27,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::{EstimateError, TrialFailed};
 use crate::recording::Recording;
 use crate::regression::error::RegressionError;
-use crate::regression::known::late::{BeforeRecord, Late, cubic};
-use crate::regression::known::modes::{Carrier, is_reset, remembered};
+use crate::regression::known::late::{BeforeRecord, DelayedColumns, cubic};
+use crate::regression::known::modes::{CorrectedRun, is_reset, remembered};
 use crate::regression::known::slopes::slopes;
 use crate::variables::first_start;
 
@@ -48,7 +48,7 @@ const SAMPLES_EACH_SIDE: f64 = 5.0;
 
 /// Outputs and equations that determine the unknowns.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Sensors {
+pub(crate) struct SensorEquations {
     /// Outputs without estimated parameters, and their noise.
     pub outputs: Vec<(usize, f64)>,
     /// Equations without estimated parameters; only algebraic ones count.
@@ -59,7 +59,7 @@ pub(crate) struct Sensors {
 
 /// All samples of a recording.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Known {
+pub(crate) struct RecordingSamples {
     n: usize,
     n_u: usize,
     n_z: usize,
@@ -85,7 +85,7 @@ pub(crate) struct Known {
     pub lost_from: usize,
 }
 
-impl Known {
+impl RecordingSamples {
     /// The point at which the rows of sample k are evaluated.
     pub(crate) fn point<'a>(&'a self, k: usize, p: &'a [f64]) -> EvaluationPoint<'a> {
         self.at(k, &self.u, &self.z, p)
@@ -189,7 +189,7 @@ impl Known {
         p: &[f64],
         position: usize,
         recording: &Recording,
-        sensors: &Sensors,
+        sensors: &SensorEquations,
         half_width: Option<f64>,
     ) -> Result<Self, RegressionError> {
         let signature = system.signature();
@@ -243,7 +243,7 @@ impl Known {
 
     /// Finds the samples whose whole history is in the record.
     fn look_for_past(&mut self, system: &dyn Model, p: &[f64]) {
-        let Some(mut late) = Late::new(system) else { return };
+        let Some(mut late) = DelayedColumns::new(system) else { return };
         let mut u = vec![0.0; self.n_u];
         for k in 0..self.times.len() {
             let point = self.point(k, p);
@@ -275,7 +275,7 @@ impl Known {
         p: &[f64],
         position: usize,
         recording: &Recording,
-        sensors: &Sensors,
+        sensors: &SensorEquations,
     ) -> Result<(), RegressionError> {
         let Self { n, n_u, n_z, .. } = *self;
         let mut guess = first_start(system, p, recording).map_err(|reason| {
@@ -284,12 +284,12 @@ impl Known {
         })?;
         let mut sizes = vec![0.0; n];
         unknown_sizes(&system, &guess, &mut sizes);
-        let mut solver = Solver::new(system, sensors, sizes);
-        let mut late = Late::new(system);
+        let mut solver = SampleSolver::new(system, sensors, sizes);
+        let mut late = DelayedColumns::new(system);
         let before = late.is_some().then(|| self.clone());
         self.y.fill(f64::NAN);
         let mut carrier =
-            remembered(system).map(|_| Carrier::new(system, p, recording, guess.clone()));
+            remembered(system).map(|_| CorrectedRun::new(system, p, recording, guess.clone()));
         let n_e = system.signature().discrete.transitions().count();
         let mut e = vec![0.0; n_e];
         for k in 0..self.times.len() {
@@ -380,9 +380,9 @@ fn usual_step(times: &[f64]) -> Option<f64> {
 }
 
 /// Solves for y at one sample after another.
-struct Solver<'a> {
+struct SampleSolver<'a> {
     system: &'a dyn Model,
-    sensors: &'a Sensors,
+    sensors: &'a SensorEquations,
     sizes: Vec<f64>,
     w: Vec<f64>,
     jacobians: [Vec<f64>; 3],
@@ -392,18 +392,18 @@ struct Solver<'a> {
     dfdy: Vec<f64>,
     mass: Vec<f64>,
     /// The last matrix and its factorisation: linear sensors always have the same.
-    last: Option<(DMatrix<f64>, Inverse)>,
+    last: Option<(DMatrix<f64>, PseudoInverse)>,
 }
 
 /// A matrix's pseudo-inverse, and the columns that it determines.
 #[derive(Clone)]
-struct Inverse {
+struct PseudoInverse {
     pseudo: DMatrix<f64>,
     determined: Vec<bool>,
 }
 
-impl<'a> Solver<'a> {
-    fn new(system: &'a dyn Model, sensors: &'a Sensors, sizes: Vec<f64>) -> Self {
+impl<'a> SampleSolver<'a> {
+    fn new(system: &'a dyn Model, sensors: &'a SensorEquations, sizes: Vec<f64>) -> Self {
         let signature = system.signature();
         let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
         Self {
@@ -433,7 +433,7 @@ impl<'a> Solver<'a> {
         for _ in 0..MOST_ITERATIONS {
             let (matrix, rest) = self.linearized(EvaluationPoint { y: &y, ..at }, measured)?;
             if !self.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
-                let inverse = Inverse::of(&matrix)?;
+                let inverse = PseudoInverse::of(&matrix)?;
                 self.last = Some((matrix, inverse));
             }
             let (_, inverse) = self.last.as_ref()?;
@@ -464,7 +464,7 @@ impl<'a> Solver<'a> {
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let signature = self.system.signature();
         let n = signature.unknowns.len();
-        let Sensors { outputs, equations, .. } = self.sensors;
+        let SensorEquations { outputs, equations, .. } = self.sensors;
         self.system.mass(at, &mut self.mass);
         let algebraic = |i: &usize| self.mass[*i] == 0.0;
         let mut equations: Vec<usize> = equations.iter().copied().filter(algebraic).collect();
@@ -533,7 +533,7 @@ fn fill(
     });
 }
 
-impl Inverse {
+impl PseudoInverse {
     fn of(matrix: &DMatrix<f64>) -> Option<Self> {
         let n = matrix.ncols();
         let size: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();

@@ -30,7 +30,7 @@ pub(crate) fn remembered(system: &dyn Model) -> Option<String> {
 }
 
 /// A run that is corrected by readings at every sample.
-pub(crate) struct Carrier<'a> {
+pub(crate) struct CorrectedRun<'a> {
     system: &'a dyn Model,
     p: &'a [f64],
     recording: &'a Recording,
@@ -40,14 +40,14 @@ pub(crate) struct Carrier<'a> {
     pub y: Vec<f64>,
     simulated: Vec<f64>,
     /// The second of two samples with the same time.
-    second: Option<Carried>,
+    second: Option<CorrectedState>,
     /// Unknowns determined by readings at the previous sample, and those carried from there.
     carried: Option<(Vec<bool>, Vec<bool>)>,
 }
 
 /// State of the run at a sample.
 #[derive(Debug, Clone)]
-pub(crate) struct Carried {
+pub(crate) struct CorrectedState {
     /// Discrete numbers of its row, and those just before inputs take their values there.
     pub z: Vec<f64>,
     pub z_before: Vec<f64>,
@@ -57,7 +57,7 @@ pub(crate) struct Carried {
     pub is_cut: bool,
 }
 
-impl<'a> Carrier<'a> {
+impl<'a> CorrectedRun<'a> {
     /// A run at the first sample, where `y` is a guess.
     pub(crate) fn new(
         system: &'a dyn Model,
@@ -82,7 +82,7 @@ impl<'a> Carrier<'a> {
 
     /// State of the run at the k-th sample, called for one sample after another; `None` if the model cannot be
     /// simulated up to there.
-    pub(crate) fn next(&mut self, k: usize) -> Option<Carried> {
+    pub(crate) fn next(&mut self, k: usize) -> Option<CorrectedState> {
         if let Some(second) = self.second.take() {
             return Some(second);
         }
@@ -98,7 +98,7 @@ impl<'a> Carrier<'a> {
         let last = solution.len() - 1;
         let left = last.saturating_sub(1);
         let is_cut = !solution.events.is_empty();
-        let carried = |row: usize| Carried {
+        let carried = |row: usize| CorrectedState {
             z: solution.z(row).to_vec(),
             z_before: solution.z(left).to_vec(),
             y: solution.y(row).to_vec(),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 
 use dgd_data::Epoch;
-use dgd_identify::inversion::{Inverted, Source};
+use dgd_identify::inversion::{InvertedTerm, SignalSource};
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
 use dgd_runtime::{Signature, Unit};
 use serde::{Serialize, Serializer};
@@ -34,7 +34,7 @@ pub struct Missing {
     /// Label of the equation.
     pub equation: String,
     /// The inversion, SI.
-    pub found: Inverted,
+    pub found: InvertedTerm,
     /// The smoothed estimate, if requested.
     pub twin: Option<Twin>,
     /// Versions and digests of the inputs.
@@ -53,16 +53,16 @@ impl Missing {
     pub(super) fn new(
         request: &InvertRequest,
         signature: &Signature,
-        found: Inverted,
+        found: InvertedTerm,
         [unit, si]: [Unit; 2],
         sensors: Vec<Sensor>,
         twin: Option<Twin>,
         provenance: Provenance,
     ) -> Self {
-        let source = |source: &Source| match source {
-            Source::Output(i) => signature.outputs[*i].name.to_string(),
-            Source::Equation(i) => format!("equation {}", signature.equations.at(*i)),
-            Source::Together => "all outputs and equations together".to_owned(),
+        let source = |source: &SignalSource| match source {
+            SignalSource::Output(i) => signature.outputs[*i].name.to_string(),
+            SignalSource::Equation(i) => format!("equation {}", signature.equations.at(*i)),
+            SignalSource::Together => "all outputs and equations together".to_owned(),
         };
         let signals = found.signals.iter().map(|signal| {
             let name = signature.unknowns.name(signal.unknown).into_owned();
@@ -73,7 +73,7 @@ impl Missing {
         let everything = found
             .signals
             .iter()
-            .any(|own| own.sources.iter().any(|source| !matches!(source, Source::Output(_))));
+            .any(|own| own.sources.iter().any(|source| !matches!(source, SignalSource::Output(_))));
         let sensors = sensors.into_iter().filter(|own| everything || by_readings(&own.name));
         Missing {
             model: signature.name.to_string(),
@@ -134,7 +134,7 @@ impl Missing {
             NamedColumn::new(name, unit, Kind::Output, values.to_vec())
         };
         let sum_unit = self.sum_unit();
-        let Inverted { times, missing, integral, .. } = &self.found;
+        let InvertedTerm { times, missing, integral, .. } = &self.found;
         let mut columns = vec![
             column("missing", &self.unit, &missing.value),
             column("missing_std", &self.unit, &missing.std),
@@ -168,7 +168,7 @@ impl Missing {
 
     /// Intervals in which it is significant, s.
     fn windows(&self) -> Vec<[f64; 2]> {
-        let Inverted { times, missing, .. } = &self.found;
+        let InvertedTerm { times, missing, .. } = &self.found;
         let mut windows: Vec<[f64; 2]> = Vec::new();
         let mut is_open = false;
         for (k, t) in times.iter().enumerate() {
@@ -259,7 +259,8 @@ impl Missing {
 
     /// The JSON without the columns.
     pub fn details(&self) -> Value {
-        let Inverted { bandwidth, is_chosen, left_out, integral, missing, times, .. } = &self.found;
+        let InvertedTerm { bandwidth, is_chosen, left_out, integral, missing, times, .. } =
+            &self.found;
         let largest = self.largest().map(|k| {
             json!({
                 "t": times[k],
@@ -295,7 +296,7 @@ impl Missing {
 
     /// The missing term with its band and the smoothed estimate; below, the integral.
     pub fn figure(&self) -> Figure {
-        let Inverted { times, missing, integral, bandwidth, .. } = &self.found;
+        let InvertedTerm { times, missing, integral, bandwidth, .. } = &self.found;
         let mut top = Panel {
             title: Text::plain(&format!("Missing in {}", self.equation)),
             y_label: Text::default().with_unit(&self.unit.symbol),

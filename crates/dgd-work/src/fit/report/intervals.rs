@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use dgd_identify::{
-    Bootstrap, End, Estimate, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Term,
-    bootstrap, profiles,
+    Bootstrap, CombinationTerm, EstimateError, Fit, OutputErrorProblem, ParameterEstimate, Profile,
+    ProfileEnd, THRESHOLD, bootstrap, profiles,
 };
 use dgd_plot::{Figure, Panel, Series, Style, Text};
 use dgd_runtime::{Direction, Signature, Unit};
@@ -32,7 +32,7 @@ pub(crate) trait Estimated {
     fn signature(&self) -> &Signature;
 
     /// All estimates.
-    fn estimates(&self) -> &[Estimate];
+    fn estimates(&self) -> &[ParameterEstimate];
 
     /// The name of an estimate.
     fn name(&self, i: usize) -> String;
@@ -83,8 +83,8 @@ impl IntervalRequest {
     }
 
     /// Indices of the estimates to profile.
-    pub(crate) fn profiled(&self, estimates: &[Estimate]) -> Vec<usize> {
-        let wanted = |(_, estimate): &(usize, &Estimate)| {
+    pub(crate) fn profiled(&self, estimates: &[ParameterEstimate]) -> Vec<usize> {
+        let wanted = |(_, estimate): &(usize, &ParameterEstimate)| {
             self.profile.iter().map(|name| name.trim()).any(|name| {
                 name == estimate.name
                     || name == "all" && matches!(estimate.of, Direction::Parameter(_))
@@ -240,7 +240,7 @@ impl Intervals {
     }
 
     /// The scale for the digits of an interval, SI.
-    fn scale_of(&self, i: usize, estimates: &[Estimate]) -> Option<f64> {
+    fn scale_of(&self, i: usize, estimates: &[ParameterEstimate]) -> Option<f64> {
         let profile = self.profiles.iter().find(|profile| profile.estimate == i);
         let width = profile.and_then(|profile| match profile.interval() {
             (Some(low), Some(high)) => Some(0.25 * (high - low)),
@@ -261,8 +261,8 @@ impl Intervals {
                 let unit = outcome.unit(profile.estimate);
                 let reached = short(unit.from_si(end.value()), 3);
                 let _ = match end {
-                    End::Interval(_) | End::Bound(_) => continue,
-                    End::Open(_) => {
+                    ProfileEnd::Interval(_) | ProfileEnd::Bound(_) => continue,
+                    ProfileEnd::Open(_) => {
                         let others = with_others(others, outcome);
                         writeln!(
                             text,
@@ -270,7 +270,7 @@ impl Intervals {
                             unit.symbol
                         )
                     }
-                    End::Unsimulated(_) => writeln!(
+                    ProfileEnd::Unsimulated(_) => writeln!(
                         text,
                         "`{name}` is open {side}: the model cannot be simulated beyond {reached} {}",
                         unit.symbol
@@ -316,7 +316,7 @@ impl Intervals {
 }
 
 /// Estimates that change along with an open end.
-fn with_others(terms: &[Term], outcome: &dyn Estimated) -> String {
+fn with_others(terms: &[CombinationTerm], outcome: &dyn Estimated) -> String {
     if terms.is_empty() {
         return "no output is far enough off there".to_owned();
     }
@@ -328,18 +328,18 @@ fn with_others(terms: &[Term], outcome: &dyn Estimated) -> String {
 
 fn profile_entry(profile: &Profile, outcome: &dyn Estimated) -> Value {
     let unit: &Unit = outcome.unit(profile.estimate);
-    let end = |end: End| {
+    let end = |end: ProfileEnd| {
         let kind = match end {
-            End::Interval(_) => "interval",
-            End::Bound(_) => "bound",
-            End::Open(_) => "open",
-            End::Unsimulated(_) => "unsimulated",
+            ProfileEnd::Interval(_) => "interval",
+            ProfileEnd::Bound(_) => "bound",
+            ProfileEnd::Open(_) => "open",
+            ProfileEnd::Unsimulated(_) => "unsimulated",
         };
         json!({ "value": unit.from_si(end.value()), "end": kind })
     };
     let (low, high) = profile.interval();
-    let entry = |term: &Term| json!({ "name": outcome.name(term.estimate), "relative_change": term.change });
-    let followers = |terms: &[Term]| terms.iter().map(entry).collect::<Vec<_>>();
+    let entry = |term: &CombinationTerm| json!({ "name": outcome.name(term.estimate), "relative_change": term.change });
+    let followers = |terms: &[CombinationTerm]| terms.iter().map(entry).collect::<Vec<_>>();
     json!({
         "unit": unit.symbol,
         "interval": [low.map(|low| unit.from_si(low)), high.map(|high| unit.from_si(high))],

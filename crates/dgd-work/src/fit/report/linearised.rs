@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dgd_identify::{Departure, Evaluation, Nonlinear, Recording};
+use dgd_identify::{Evaluation, ModeDeparture, NonlinearModel, Recording};
 use dgd_runtime::Signature;
 use dgd_runtime::linearize::OperatingPoint;
 use serde_json::{Map, Value, json};
@@ -44,9 +44,9 @@ impl Linearised {
         recordings: &[Recording],
         linear: &Evaluation,
         standard: Standard<'_>,
-        model: Result<Nonlinear, String>,
+        model: Result<NonlinearModel, String>,
     ) -> Self {
-        let model = model.map(|Nonlinear { evaluation, .. }| Model {
+        let model = model.map(|NonlinearModel { evaluation, .. }| Model {
             quality: Quality::of(signature, recordings, &evaluation, standard),
             differences: (0..signature.outputs.len())
                 .map(|i| difference(recordings, linear, &evaluation, i))
@@ -204,8 +204,8 @@ impl Model {
 }
 
 /// A recording that leaves the mode of its operating point.
-pub(crate) fn other_mode(path: &Path, departure: &Departure) -> String {
-    let Departure { t, automaton, at_point, in_run } = departure;
+pub(crate) fn other_mode(path: &Path, departure: &ModeDeparture) -> String {
+    let ModeDeparture { t, automaton, at_point, in_run } = departure;
     format!(
         "{}: the linear model is that of `{automaton}: {at_point}`, and at t = {t} s the model with these \
          estimates is in `{in_run}`; take a stretch in one mode by `--from` and `--until`, another \

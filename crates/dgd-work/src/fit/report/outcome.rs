@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
 use dgd_identify::{
-    Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Termination,
-    Undetermined,
+    BoundReached, CombinationTerm, Evaluation, Fit, FitStepping, OutputMisfit, ParameterEstimate,
+    Recording, Starts, Termination, UndeterminedDirection,
 };
 use dgd_runtime::{Direction, Output, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
@@ -186,9 +186,9 @@ impl Outcome<'_> {
             "status": self.left_out.status(),
             "left_out": self.left_out.all(),
             "steps": match fit.stepping {
-                Stepping::Adaptive => json!("adaptive"),
-                Stepping::Exact => json!("exact"),
-                Stepping::PerSample(PerSampleChoice { method, steps }) => {
+                FitStepping::Adaptive => json!("adaptive"),
+                FitStepping::Exact => json!("exact"),
+                FitStepping::PerSample(PerSampleChoice { method, steps }) => {
                     json!({ "per_sample": steps, "method": method.name })
                 }
             },
@@ -419,7 +419,7 @@ impl Outcome<'_> {
 }
 
 /// An estimate's name and its entry in `result.json`.
-pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Value) {
+pub(crate) fn entry(signature: &Signature, estimate: &ParameterEstimate) -> (String, Value) {
     let unit = unit_of(signature, estimate);
     let name = match estimate.of {
         Direction::Parameter(_) => estimate.name.clone(),
@@ -435,10 +435,10 @@ pub(crate) fn entry(signature: &Signature, estimate: &Estimate) -> (String, Valu
 }
 
 /// A bound for programs and in sentences.
-pub(crate) fn bound_name(bound: Bound) -> &'static str {
+pub(crate) fn bound_name(bound: BoundReached) -> &'static str {
     match bound {
-        Bound::Lower => "lower",
-        Bound::Upper => "upper",
+        BoundReached::Lower => "lower",
+        BoundReached::Upper => "upper",
     }
 }
 
@@ -447,7 +447,7 @@ impl Estimated for Outcome<'_> {
         self.signature
     }
 
-    fn estimates(&self) -> &[Estimate] {
+    fn estimates(&self) -> &[ParameterEstimate] {
         &self.fit.estimates
     }
 
@@ -457,14 +457,14 @@ impl Estimated for Outcome<'_> {
 }
 
 /// The name of an estimate: for an initial value with its recording if there are several.
-pub(crate) fn name_of(estimate: &Estimate, recording_names: &[String]) -> String {
+pub(crate) fn name_of(estimate: &ParameterEstimate, recording_names: &[String]) -> String {
     match (estimate.recording, recording_names) {
         (Some(r), [_, _, ..]) => format!("{} of {}", estimate.name, recording_names[r]),
         _ => estimate.name.clone(),
     }
 }
 
-pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a Unit {
+pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &ParameterEstimate) -> &'a Unit {
     match estimate.of {
         Direction::Parameter(i) => &signature.parameters[i].unit,
         Direction::Start(i) => signature.unknowns.unit(i),
@@ -475,7 +475,7 @@ pub(crate) fn unit_of<'a>(signature: &'a Signature, estimate: &Estimate) -> &'a 
 pub(crate) fn fixed_entries(
     signature: &Signature,
     p: &[f64],
-    estimates: &[Estimate],
+    estimates: &[ParameterEstimate],
 ) -> Map<String, Value> {
     let is_fixed = |i: usize| !estimates.iter().any(|e| e.of == Direction::Parameter(i));
     let fixed = signature.parameters.iter().enumerate().filter(|(i, _)| is_fixed(*i));
@@ -496,7 +496,7 @@ pub(crate) fn variant_entries(variants: &[Variant]) -> Map<String, Value> {
 
 /// Root-mean-square residual of an output over all recordings, in its unit.
 pub(crate) fn rms_of(evaluation: &Evaluation, output: usize, unit: &Unit) -> Option<f64> {
-    let misfit: Misfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
+    let misfit: OutputMisfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
     misfit.rms().map(|rms| rms / unit.factor)
 }
 
@@ -512,7 +512,7 @@ pub(crate) fn push_correlated(text: &mut String, first: &str, second: &str, corr
 /// A line for each combination of estimates that no output, or no row, depends on.
 pub(crate) fn push_combinations(
     text: &mut String,
-    undetermined: &[Undetermined],
+    undetermined: &[UndeterminedDirection],
     name: impl Fn(usize) -> String,
     what: &str,
 ) {
@@ -521,8 +521,9 @@ pub(crate) fn push_combinations(
         let _ = match combination.terms.as_slice() {
             [one] => writeln!(text, "no {what} depends on `{}`", name(one.estimate)),
             terms => {
-                let term =
-                    |term: &Term| format!("`{}` by {:+.3} %", name(term.estimate), term.change);
+                let term = |term: &CombinationTerm| {
+                    format!("`{}` by {:+.3} %", name(term.estimate), term.change)
+                };
                 let terms: Vec<String> = terms.iter().map(term).collect();
                 writeln!(text, "no {what} sees a change of {}", terms.join(" and "))
             }

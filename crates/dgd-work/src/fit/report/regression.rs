@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
-use dgd_identify::regression::{Followed, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut};
-use dgd_identify::{Bound, Estimate};
+use dgd_identify::regression::{
+    ParameterPath, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut,
+};
+use dgd_identify::{BoundReached, ParameterEstimate};
 use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::Signature;
 use serde_json::{Map, Value, json};
@@ -30,7 +32,7 @@ pub(crate) struct RegressionOutcome<'a> {
     pub variants: &'a [Variant],
     pub fit: &'a RegressionFit,
     /// Estimates over time, of the recursive estimator.
-    pub followed: Option<&'a Followed>,
+    pub followed: Option<&'a ParameterPath>,
     /// The simulated recordings, or the reason why they cannot be simulated.
     pub train: Option<Result<Tested, String>>,
     pub valid: Option<Result<Tested, String>>,
@@ -46,7 +48,7 @@ impl Estimated for RegressionOutcome<'_> {
         self.signature
     }
 
-    fn estimates(&self) -> &[Estimate] {
+    fn estimates(&self) -> &[ParameterEstimate] {
         &self.fit.estimates
     }
 
@@ -280,8 +282,8 @@ impl RegressionOutcome<'_> {
                 None => String::new(),
             };
             let remark = match estimate.at_bound {
-                Some(Bound::Lower) => format!("at its lower bound{}", unbounded()),
-                Some(Bound::Upper) => format!("at its upper bound{}", unbounded()),
+                Some(BoundReached::Lower) => format!("at its lower bound{}", unbounded()),
+                Some(BoundReached::Upper) => format!("at its upper bound{}", unbounded()),
                 None if std.is_some() || self.followed.is_some() || self.few.hide_stds() => {
                     String::new()
                 }
