@@ -10,7 +10,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
-use dgd_discover::{BaseModel, Discovery, Request, Scales, discover, templates};
+use dgd_discover::{BaseModel, Discovery, DiscoveryOptions, OutputScales, discover, templates};
 use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::journal::NoJournal;
 use dgd_identify::{NoMonitor, Recording};
@@ -134,7 +134,7 @@ impl Texts {
             free: Vec::new(),
             fix: Vec::new(),
             engine: Engine::Auto,
-            scales: Scales::default(),
+            scales: OutputScales::default(),
         };
         Examined { sources, base, library, templates, compiled }
     }
@@ -214,7 +214,7 @@ impl Examined {
             (1..=n).map(|k| format!("{part}{k}")).collect()
         };
         let (train_names, valid_names) = (names("train", train.len()), names("valid", valid.len()));
-        let request = Request {
+        let request = DiscoveryOptions {
             base: &self.base,
             library: &self.library,
             templates: &self.templates,

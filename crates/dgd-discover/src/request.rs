@@ -13,7 +13,7 @@ use crate::library::BaseModel;
 
 /// The request for a discovery.
 #[derive(Debug, Clone, Copy)]
-pub struct Request<'a> {
+pub struct DiscoveryOptions<'a> {
     /// The base model.
     pub base: &'a BaseModel,
     /// Effects that may be missing from it.
@@ -43,7 +43,7 @@ pub struct Request<'a> {
     pub watch: &'a dyn Monitor,
 }
 
-impl Request<'_> {
+impl DiscoveryOptions<'_> {
     /// Digest of everything on which fits and screens depend: texts, settings and recordings.
     pub fn digest(&self) -> Digest {
         let BaseModel { asts, options, free, fix, engine: _, scales: _ } = self.base;

@@ -6,7 +6,9 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::parse;
-use dgd_discover::{BaseModel, Discovery, ParameterValue, Request, Scales, discover, templates};
+use dgd_discover::{
+    BaseModel, Discovery, DiscoveryOptions, OutputScales, ParameterValue, discover, templates,
+};
 use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::journal::NoJournal;
 use dgd_identify::{NoMonitor, Recording};
@@ -47,12 +49,12 @@ impl Examination {
             free: Vec::new(),
             fix: Vec::new(),
             engine: Engine::Interpreter,
-            scales: Scales::default(),
+            scales: OutputScales::default(),
         };
         let system = LoadedSystem::with_engine(compiled.program, Engine::Interpreter);
         let [train, valid] = BOOSTER_STOP.map(|text| [self.recording(&system, text)]);
         let names = ["train", "valid"].map(|name| [name.to_owned()]);
-        let request = Request {
+        let request = DiscoveryOptions {
             base: &base,
             library: &library,
             templates: &templates,

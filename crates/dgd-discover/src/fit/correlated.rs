@@ -16,14 +16,14 @@ use dgd_runtime::Direction;
 use dgd_runtime::System;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::data::Data;
-use super::fitted::Fitted;
+use super::data::SearchData;
+use super::fitted::FittedStructure;
 use dgd_screen::noise::SensorNoise;
 
-impl Fitted {
+impl FittedStructure {
     /// Updates the standard deviations of the estimates to the current noise, including its correlation. Those of fits
     /// are correct only for white noise.
-    pub(crate) fn know_correlations(&mut self, data: &Data<'_>) {
+    pub(crate) fn know_correlations(&mut self, data: &SearchData<'_>) {
         if data.noise.iter().flatten().all(|noise| noise.colour.is_none()) {
             return;
         }
@@ -46,7 +46,7 @@ impl Fitted {
     }
 
     /// Covariance of [`Self::fitted_directions`]; `None` if the sensitivities are not available.
-    pub(crate) fn covariance(&self, data: &Data<'_>) -> Option<DMatrix<f64>> {
+    pub(crate) fn covariance(&self, data: &SearchData<'_>) -> Option<DMatrix<f64>> {
         let fitted = self.fitted_directions();
         let n = fitted.len();
         let system = &self.structure.system;

@@ -38,22 +38,22 @@ impl WorkJournal<'_> {
     }
 
     /// A counter from zero to `all` that reports progress.
-    pub(crate) fn count(&self, what: &'static str, all: usize) -> Count<'_> {
-        let count = Count { watch: self.watch, what, all, done: AtomicUsize::new(0) };
+    pub(crate) fn count(&self, what: &'static str, all: usize) -> ProgressCounter<'_> {
+        let count = ProgressCounter { watch: self.watch, what, all, done: AtomicUsize::new(0) };
         count.more(0);
         count
     }
 }
 
 /// A counter of finished items.
-pub(crate) struct Count<'a> {
+pub(crate) struct ProgressCounter<'a> {
     watch: &'a dyn Monitor,
     what: &'static str,
     all: usize,
     done: AtomicUsize,
 }
 
-impl Count<'_> {
+impl ProgressCounter<'_> {
     /// Adds `n` finished items.
     pub(crate) fn more(&self, n: usize) {
         let done = self.done.fetch_add(n, Ordering::Relaxed) + n;

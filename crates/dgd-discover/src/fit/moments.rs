@@ -22,14 +22,14 @@ const JUMP: f64 = 4.0;
 
 /// Moments that are moved sample by sample.
 #[derive(Debug, Clone)]
-pub(crate) struct Moments {
+pub(crate) struct MovingMoments {
     /// Sample times of all recordings, ascending.
     samples: Vec<f64>,
     /// Positions of the parameters.
     pub parameters: Vec<usize>,
 }
 
-impl Moments {
+impl MovingMoments {
     /// Those onsets, by position of the parameter, with which readings jump; each is moved to the middle of its
     /// interval.
     pub(crate) fn jumping(
@@ -37,12 +37,12 @@ impl Moments {
         onsets: &[usize],
         p: &mut [f64],
         starts: &[Starts],
-    ) -> Moments {
+    ) -> MovingMoments {
         let mut samples: Vec<f64> =
             problem.recordings.iter().flat_map(|recording| recording.times.clone()).collect();
         samples.sort_by(f64::total_cmp);
         samples.dedup();
-        let mut moments = Moments { samples, parameters: Vec::new() };
+        let mut moments = MovingMoments { samples, parameters: Vec::new() };
         for &parameter in onsets {
             if moments.jumps(problem, parameter, p, starts).unwrap_or(false) {
                 p[parameter] = moments.moved(p[parameter], 0);
@@ -171,7 +171,7 @@ const FARTHEST: i32 = 3;
 pub(crate) fn relocate_onsets(
     problem: &OutputErrorProblem<'_>,
     onsets: &[usize],
-    moments: &Moments,
+    moments: &MovingMoments,
     p: &mut [f64],
     starts: &[Starts],
 ) -> Result<bool, TrialFailed> {

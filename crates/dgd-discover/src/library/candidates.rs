@@ -9,12 +9,12 @@ use dgd_compiler::syntax::ast::{
 };
 use dgd_compiler::syntax::visit::{self, ItemPart};
 
-use super::adapted::Adapted;
+use super::adapted::AdaptedTemplate;
 use super::number::plain;
 
 /// An effect with possible arguments.
 #[derive(Debug, Clone)]
-pub(crate) struct Candidate<'a> {
+pub(crate) struct EffectCandidate<'a> {
     /// The effect and its arguments.
     pub application: EffectApplication<'a>,
     /// Parameters of the effect file that are compared with time: they give an onset.
@@ -31,14 +31,14 @@ pub(crate) struct Candidate<'a> {
     pub brings_unknowns: bool,
 }
 
-impl<'a> Candidate<'a> {
+impl<'a> EffectCandidate<'a> {
     /// An effect with these arguments, with an empty reach.
     pub(crate) fn new(effect: &'a Effect, arguments: &[String], is_generic: bool) -> Self {
         let span = effect.name.span;
         let name = |text: &String| Name { text: text.clone(), span };
         let arguments = arguments.iter().map(name).collect();
         let (onsets, delays) = moments(effect);
-        Candidate {
+        EffectCandidate {
             application: EffectApplication { effect, arguments, span },
             onsets,
             delays,
@@ -50,7 +50,7 @@ impl<'a> Candidate<'a> {
     }
 }
 
-impl Candidate<'_> {
+impl EffectCandidate<'_> {
     /// Its realisation, if its family has several.
     pub(crate) fn form(&self) -> Option<String> {
         self.application.effect.form.as_ref().map(|form| form.text.clone())
@@ -72,13 +72,13 @@ impl Candidate<'_> {
     }
 
     /// Whether one of the two hides the other, so that they cannot be screened together.
-    pub(crate) fn excludes(&self, other: &Candidate<'_>) -> bool {
+    pub(crate) fn excludes(&self, other: &EffectCandidate<'_>) -> bool {
         self.reach.excludes(&other.reach)
     }
 
     /// Whether one of the two has a kink and both change the same name: at a kink without slope, such as a band of zero
     /// width, the other would seem to have no influence.
-    pub(crate) fn bends(&self, other: &Candidate<'_>) -> bool {
+    pub(crate) fn bends(&self, other: &EffectCandidate<'_>) -> bool {
         self.target() == other.target() && (self.has_kink() || other.has_kink())
     }
 
@@ -166,14 +166,14 @@ pub(crate) fn candidates<'a>(
     library: &'a [Effect],
     asts: &[Ast],
     model: &Model,
-) -> Vec<Candidate<'a>> {
+) -> Vec<EffectCandidate<'a>> {
     let mut candidates = Vec::new();
     for effect in library.iter().filter(|effect| effect.changes_model()) {
         for arguments in bind(effect, model) {
-            let candidate = Candidate::new(effect, &arguments, false);
+            let candidate = EffectCandidate::new(effect, &arguments, false);
             // An effect that cannot be applied is refused later, and not screened together with others.
             let reach = EffectReach::of(asts, &candidate.application).unwrap_or_default();
-            candidates.push(Candidate { reach, ..candidate });
+            candidates.push(EffectCandidate { reach, ..candidate });
         }
     }
     candidates
@@ -196,15 +196,18 @@ pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)
 }
 
 /// Candidates of templates that fit any model.
-pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candidate<'a>> {
+pub(crate) fn generic<'a>(
+    templates: &'a [AdaptedTemplate],
+    asts: &[Ast],
+) -> Vec<EffectCandidate<'a>> {
     let mut candidates = Vec::new();
-    for Adapted { effect, arguments } in templates {
+    for AdaptedTemplate { effect, arguments } in templates {
         if !effect.changes_model() {
             continue;
         }
-        let candidate = Candidate::new(effect, arguments, true);
+        let candidate = EffectCandidate::new(effect, arguments, true);
         let reach = EffectReach::of(asts, &candidate.application).unwrap_or_default();
-        candidates.push(Candidate { reach, ..candidate });
+        candidates.push(EffectCandidate { reach, ..candidate });
     }
     candidates
 }
@@ -315,7 +318,7 @@ fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
     }
 }
 
-impl Candidate<'_> {
+impl EffectCandidate<'_> {
     /// Whether the declared value of a parameter of the effect file is its null.
     pub(crate) fn is_declared_at_null(&self, parameter: &str) -> bool {
         let ast = &self.application.effect.ast;

@@ -34,8 +34,8 @@ const FAR_BELOW: f64 = 0.01;
 
 /// The scales of a model's outputs; outputs without a scale stay as they are.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Scales {
-    outputs: Vec<Scale>,
+pub struct OutputScales {
+    outputs: Vec<OutputScale>,
     /// Number of outputs, and of those that compute standard deviations, which are left out.
     count: usize,
     deviations: usize,
@@ -45,16 +45,16 @@ pub struct Scales {
 
 /// The scale of an output.
 #[derive(Debug, Clone, PartialEq)]
-struct Scale {
+struct OutputScale {
     output: usize,
     name: String,
-    stretch: Option<Stretch>,
-    weight: Option<Weight>,
+    stretch: Option<ScaleStretch>,
+    weight: Option<ReadingWeights>,
 }
 
 /// The weights of its readings, in addition to T.
 #[derive(Debug, Clone, PartialEq)]
-struct Weight {
+struct ReadingWeights {
     /// σ̄, if readings have standard deviations of their own.
     usual: Option<f64>,
     /// l of each recording, training recordings first.
@@ -63,14 +63,14 @@ struct Weight {
 
 /// T of the module.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Stretch {
+struct ScaleStretch {
     floor: f64,
     slope: f64,
     /// −1 where all readings are below zero.
     sign: f64,
 }
 
-impl Stretch {
+impl ScaleStretch {
     fn new(floor: f64, readings: &[f64]) -> Self {
         let squares: f64 = readings.iter().map(|y| y * y).sum();
         let usual = squares / readings.len().max(1) as f64;
@@ -112,7 +112,7 @@ pub(crate) fn is_weight(input: &str) -> bool {
     input.starts_with("weight(")
 }
 
-impl Scales {
+impl OutputScales {
     /// The scales in which readings of a model have even noise, from the noise that its outputs declare and from
     /// recorded standard deviations. `levels` are those of each recording and output, if they differ.
     ///
@@ -130,7 +130,7 @@ impl Scales {
         };
         let count = model.outputs.len() - model.densities.len();
         let recordings: Vec<&Recording> = train.iter().chain(valid).collect();
-        let spread = Spread::new(base, &model, train)?;
+        let spread = NoiseGrowth::new(base, &model, train)?;
         let mut outputs = Vec::new();
         for (output, declared) in model.outputs[..count].iter().enumerate() {
             let name = &declared.declared.name;
@@ -140,9 +140,9 @@ impl Scales {
                 levels.iter().map(|of_recording| of_recording[output]).collect()
             });
             let is_even = usual.is_none() && levels.iter().all(|level| *level == 1.0);
-            let weight = (!is_even).then_some(Weight { usual, levels });
+            let weight = (!is_even).then_some(ReadingWeights { usual, levels });
             if stretch.is_some() || weight.is_some() {
-                outputs.push(Scale { output, name: name.clone(), stretch, weight });
+                outputs.push(OutputScale { output, name: name.clone(), stretch, weight });
             }
         }
         let of_noise = only_of_noise(&model, count);
@@ -260,7 +260,7 @@ impl Scales {
     }
 }
 
-impl Weight {
+impl ReadingWeights {
     fn of(&self, deviations: Option<&[f64]>, position: usize, samples: usize) -> Vec<f64> {
         let level = self.levels.get(position).copied().unwrap_or(1.0);
         let weight = |k: usize| match (self.usual, deviations) {
@@ -272,20 +272,20 @@ impl Weight {
 }
 
 /// How the noise that a model declares grows with its outputs.
-struct Spread<'m> {
+struct NoiseGrowth<'m> {
     model: &'m Model,
     /// Outputs at each sample of the recordings, if a σ is computed from them.
     simulated: Vec<Observations>,
     failure: Option<String>,
 }
 
-impl<'m> Spread<'m> {
+impl<'m> NoiseGrowth<'m> {
     fn new(base: &BaseModel, model: &'m Model, train: &[Recording]) -> Result<Self, String> {
         let is_computed = |density: &Density| {
             density.distribution != Distribution::LogNormal
                 && model.graph.value(model.outputs[density.deviation].value).is_none()
         };
-        let mut spread = Spread { model, simulated: Vec::new(), failure: None };
+        let mut spread = NoiseGrowth { model, simulated: Vec::new(), failure: None };
         if !model.densities.iter().any(is_computed) {
             return Ok(spread);
         }
@@ -307,7 +307,7 @@ impl<'m> Spread<'m> {
         output: usize,
         name: &str,
         all: &[&Recording],
-    ) -> Result<Option<Stretch>, String> {
+    ) -> Result<Option<ScaleStretch>, String> {
         let Some(density) = self.model.densities.iter().find(|density| density.output == output)
         else {
             return Ok(None);
@@ -323,7 +323,7 @@ impl<'m> Spread<'m> {
                     "a reading of `{name}` is {y} in SI units, and readings with log-normal noise are above zero"
                 ));
             }
-            return Ok(Some(Stretch::new(FAR_BELOW * smallest, &readings)));
+            return Ok(Some(ScaleStretch::new(FAR_BELOW * smallest, &readings)));
         }
         if let Some(why) = &self.failure {
             return Err(format!("the noise of `{name}` cannot be computed: {why}"));
@@ -335,7 +335,7 @@ impl<'m> Spread<'m> {
         let grows = NoiseShape::of(&pairs, &readings);
         Ok(grows.map(|shape| {
             let floor = shape.bend().max(FAR_BELOW * smallest);
-            Stretch::new(floor, &readings)
+            ScaleStretch::new(floor, &readings)
         }))
     }
 }

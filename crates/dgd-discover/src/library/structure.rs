@@ -14,8 +14,8 @@ use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::Starts;
 use dgd_runtime::System;
 
-use super::candidates::Candidate;
-use super::scale::Scales;
+use super::candidates::EffectCandidate;
+use super::scale::OutputScales;
 use super::structure_id::StructureId;
 
 /// The model under examination.
@@ -32,13 +32,13 @@ pub struct BaseModel {
     pub fix: Vec<String>,
     /// How structures are run; the result does not depend on it.
     pub engine: Engine,
-    /// The scales of its outputs, which a discovery chooses itself: [`Scales::default`] of a request.
-    pub scales: Scales,
+    /// The scales of its outputs, which a discovery chooses itself: [`OutputScales::default`] of a request.
+    pub scales: OutputScales,
 }
 
 /// Values carried from one structure to the next, by name, SI.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Values {
+pub(crate) struct CarriedValues {
     /// Parameters.
     pub p: BTreeMap<String, f64>,
     /// Start values of each recording.
@@ -47,7 +47,7 @@ pub(crate) struct Values {
 
 /// A structure ready to be simulated and fitted.
 #[derive(Debug, Clone)]
-pub(crate) struct Structure {
+pub(crate) struct ModelStructure {
     /// Its candidates.
     pub id: StructureId,
     /// Its syntax trees.
@@ -64,19 +64,19 @@ pub(crate) struct Structure {
 
 /// Why a structure cannot be built: its first error.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Refused(pub String);
+pub(crate) struct StructureError(pub String);
 
 impl BaseModel {
     /// The model with candidates applied, ready to be fitted.
     pub(crate) fn structure(
         &self,
-        all: &[Candidate<'_>],
+        all: &[EffectCandidate<'_>],
         id: StructureId,
-    ) -> Result<Structure, Refused> {
+    ) -> Result<ModelStructure, StructureError> {
         let ModelWithEffects { asts, brought } = self.apply(all, id)?;
         let dae = self.assemble(&asts)?;
         let directions = self.free_directions(&dae, &brought);
-        let free_ones = |of: for<'b> fn(&'b Candidate<'_>) -> &'b [String]| -> Vec<usize> {
+        let free_ones = |of: for<'b> fn(&'b EffectCandidate<'_>) -> &'b [String]| -> Vec<usize> {
             let brought = id.effects().zip(&brought).flat_map(|(c, brought)| {
                 let names = brought.names.iter().filter(move |(own, _)| of(&all[c]).contains(own));
                 names.filter_map(|(_, name)| parameter(&dae, name))
@@ -85,25 +85,25 @@ impl BaseModel {
         };
         let (onsets, delays) = (free_ones(|c| &c.onsets), free_ones(|c| &c.delays));
         let system = LoadedSystem::with_engine(lower(&dae, &directions), self.engine);
-        Ok(Structure { id, asts, brought, onsets, delays, system })
+        Ok(ModelStructure { id, asts, brought, onsets, delays, system })
     }
 
     /// The model with candidates applied and all others included at one of their nulls, with sensitivities to the
     /// parameters that switch each of the others on; and the additions of the others.
     pub(crate) fn screening(
         &self,
-        all: &[Candidate<'_>],
+        all: &[EffectCandidate<'_>],
         structure: StructureId,
         others: &[usize],
         at_nothing: EffectBlending,
-    ) -> Result<(LoadedSystem, Vec<AddedItems>), Refused> {
+    ) -> Result<(LoadedSystem, Vec<AddedItems>), StructureError> {
         let base = self.apply(all, structure)?;
         let others: Vec<EffectApplication<'_>> =
             others.iter().map(|&c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
         let ModelWithEffects { asts, brought } =
             apply(&base.asts, &others, at_nothing, &mut diagnostics)
-                .map_err(|_| Refused::by(&diagnostics))?;
+                .map_err(|_| StructureError::by(&diagnostics))?;
         let dae = self.assemble(&asts)?;
         let directions: Vec<Direction> = brought
             .iter()
@@ -114,16 +114,16 @@ impl BaseModel {
     }
 
     /// The reason why a candidate cannot be tried on recordings of this model, if any.
-    pub(crate) fn refusal(&self, model: &Model, candidate: &Candidate<'_>) -> Option<String> {
+    pub(crate) fn refusal(&self, model: &Model, candidate: &EffectCandidate<'_>) -> Option<String> {
         let resolved =
             self.apply(std::slice::from_ref(candidate), StructureId::one(0)).and_then(|applied| {
                 let mut diagnostics = Diagnostics::default();
                 resolve(&applied.asts, &self.options, &mut diagnostics)
-                    .map_err(|_| Refused::by(&diagnostics))
+                    .map_err(|_| StructureError::by(&diagnostics))
             });
         let with_it = match resolved {
             Ok(with_it) => with_it,
-            Err(Refused(reason)) => return Some(format!("cannot be applied: {reason}")),
+            Err(StructureError(reason)) => return Some(format!("cannot be applied: {reason}")),
         };
         let is_known = |name: &String| model.inputs.iter().any(|own| own.declared.name == *name);
         let names = with_it.inputs.iter().map(|input| &input.declared.name);
@@ -136,24 +136,24 @@ impl BaseModel {
 
     fn apply(
         &self,
-        all: &[Candidate<'_>],
+        all: &[EffectCandidate<'_>],
         structure: StructureId,
-    ) -> Result<ModelWithEffects, Refused> {
+    ) -> Result<ModelWithEffects, StructureError> {
         let applications: Vec<EffectApplication<'_>> =
             structure.effects().map(|c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
         apply(&self.asts, &applications, EffectBlending::Applied, &mut diagnostics)
-            .map_err(|_| Refused::by(&diagnostics))
+            .map_err(|_| StructureError::by(&diagnostics))
     }
 
-    pub(super) fn assemble(&self, asts: &[Ast]) -> Result<Dae, Refused> {
+    pub(super) fn assemble(&self, asts: &[Ast]) -> Result<Dae, StructureError> {
         let mut diagnostics = Diagnostics::default();
         resolve(asts, &self.options, &mut diagnostics)
             .and_then(|model| {
                 let model = self.scales.applied(self.scales.declared(model));
                 assemble(&model, &mut diagnostics)
             })
-            .map_err(|_| Refused::by(&diagnostics))
+            .map_err(|_| StructureError::by(&diagnostics))
     }
 
     /// Parameters and start values to estimate: those requested of the model, and those that the effects do not fix.
@@ -183,7 +183,7 @@ impl BaseModel {
     }
 }
 
-impl Structure {
+impl ModelStructure {
     /// The additions of one of its candidates.
     pub(crate) fn brought_by(&self, candidate: usize) -> Option<&AddedItems> {
         let place = self.id.effects().position(|effect| effect == candidate)?;
@@ -191,10 +191,10 @@ impl Structure {
     }
 }
 
-impl Refused {
-    pub(super) fn by(diagnostics: &Diagnostics) -> Refused {
+impl StructureError {
+    pub(super) fn by(diagnostics: &Diagnostics) -> StructureError {
         let first = diagnostics.sorted().first().map(|diagnostic| diagnostic.message.clone());
-        Refused(first.unwrap_or_default())
+        StructureError(first.unwrap_or_default())
     }
 }
 
@@ -202,7 +202,7 @@ fn parameter(dae: &Dae, name: &str) -> Option<usize> {
     dae.parameters.iter().position(|parameter| parameter.declared.name == name)
 }
 
-impl Values {
+impl CarriedValues {
     /// All parameters of a system: these values where known, otherwise the model's.
     pub(crate) fn parameters(&self, system: &LoadedSystem) -> Vec<f64> {
         let parameters = system.signature().parameters.iter();
@@ -221,7 +221,7 @@ impl Values {
     }
 
     /// Collects values by the names of a system.
-    pub(crate) fn of(system: &LoadedSystem, p: &[f64], starts: &[Starts]) -> Values {
+    pub(crate) fn of(system: &LoadedSystem, p: &[f64], starts: &[Starts]) -> CarriedValues {
         let signature = system.signature();
         let parameters = signature.parameters.iter();
         let p = parameters.zip(p).map(|(parameter, v)| (parameter.name.to_string(), *v)).collect();
@@ -229,6 +229,6 @@ impl Values {
             let starts = starts.iter();
             starts.map(|(i, v)| (signature.unknowns.name(*i).to_string(), *v)).collect()
         };
-        Values { p, starts: starts.iter().map(named).collect() }
+        CarriedValues { p, starts: starts.iter().map(named).collect() }
     }
 }

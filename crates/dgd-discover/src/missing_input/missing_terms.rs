@@ -25,11 +25,11 @@ use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, describe};
 use dgd_execute::{Engine, LoadedSystem};
 
-use crate::library::Scales;
+use crate::library::OutputScales;
 
 /// A place at which something can be missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
+pub struct MissingPlace {
     /// An equation, a parameter, an input or an output.
     pub kind: PlaceKind,
     /// The equation's label, or the name of the parameter, input or output.
@@ -38,7 +38,7 @@ pub struct Place {
     pub unit: String,
 }
 
-/// Kind of a [`Place`].
+/// Kind of a [`MissingPlace`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlaceKind {
     /// Missing physics: a term of the equation's right-hand side.
@@ -51,7 +51,7 @@ pub enum PlaceKind {
     Output,
 }
 
-impl Place {
+impl MissingPlace {
     /// Name of the place in a result: `sensor NAME` for an output, otherwise its name.
     pub fn called(&self) -> String {
         match self.kind {
@@ -65,7 +65,7 @@ impl Place {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ClosedPlace {
     /// The place.
-    pub place: Place,
+    pub place: MissingPlace,
     /// The reason.
     pub reason: String,
 }
@@ -89,7 +89,7 @@ pub enum NoSuchTerm {
 #[derive(Debug, Clone)]
 pub struct MissingTerms {
     system: LoadedSystem,
-    places: Vec<Place>,
+    places: Vec<MissingPlace>,
     closed: Vec<ClosedPlace>,
 }
 
@@ -105,19 +105,19 @@ impl MissingTerms {
         engine: Engine,
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, ErrorReported> {
-        Self::scaled(model, &Scales::default(), engine, diagnostics)
+        Self::scaled(model, &OutputScales::default(), engine, diagnostics)
     }
 
     /// Opens all places of a model whose outputs are in these scales, as are the errors of sensors.
     pub(crate) fn scaled(
         model: &Model,
-        scales: &Scales,
+        scales: &OutputScales,
         engine: Engine,
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, ErrorReported> {
         let model = &scales.declared(model.clone());
         let all_places = places(model);
-        let open = |some: &[Place], diagnostics: &mut Diagnostics| {
+        let open = |some: &[MissingPlace], diagnostics: &mut Diagnostics| {
             let opened = scales.applied(opened(model, some));
             assemble(&opened, diagnostics).map(|dae| lower(&dae, &[]))
         };
@@ -155,8 +155,8 @@ impl MissingTerms {
             return Err(NoSuchTerm::Exact);
         }
         let is_of_equation =
-            |place: &Place| place.kind == PlaceKind::Equation && place.name == label;
-        let places: Vec<Place> = places(model).into_iter().filter(is_of_equation).collect();
+            |place: &MissingPlace| place.kind == PlaceKind::Equation && place.name == label;
+        let places: Vec<MissingPlace> = places(model).into_iter().filter(is_of_equation).collect();
         let mut diagnostics = Diagnostics::default();
         let program =
             assemble(&opened(model, &places), &mut diagnostics).map(|dae| lower(&dae, &[]));
@@ -174,7 +174,7 @@ impl MissingTerms {
     }
 
     /// The places of the unknown inputs, in order.
-    pub fn places(&self) -> &[Place] {
+    pub fn places(&self) -> &[MissingPlace] {
         &self.places
     }
 
@@ -185,13 +185,13 @@ impl MissingTerms {
 }
 
 /// All places of a model: equations, parameters, inputs, outputs, each in the model's order.
-fn places(model: &Model) -> Vec<Place> {
-    let place = |kind: PlaceKind, name: &str, dimension: Dimension| Place {
+fn places(model: &Model) -> Vec<MissingPlace> {
+    let place = |kind: PlaceKind, name: &str, dimension: Dimension| MissingPlace {
         kind,
         name: name.to_owned(),
         unit: model.spelling(dimension),
     };
-    let mut places: Vec<Place> = Vec::new();
+    let mut places: Vec<MissingPlace> = Vec::new();
     for equation in model.all_equations().filter(|equation| !equation.is_exact) {
         let of_equation = place(PlaceKind::Equation, &equation.label, equation.dimension);
         if !places.contains(&of_equation) {
@@ -224,7 +224,7 @@ fn places(model: &Model) -> Vec<Place> {
 }
 
 /// A model with an unknown input at each of some places, after its own inputs and in the order of the places.
-fn opened(base: &Model, places: &[Place]) -> Model {
+fn opened(base: &Model, places: &[MissingPlace]) -> Model {
     let mut model = base.clone();
     let first = model.inputs.len();
     let mut behind: HashMap<Symbol, ExprId> = HashMap::new();
@@ -269,7 +269,7 @@ fn opened(base: &Model, places: &[Place]) -> Model {
 
     let added = |kind: PlaceKind, name: &str, unit: &str| {
         let is_own =
-            |place: &&Place| place.kind == kind && place.name == name && place.unit == unit;
+            |place: &&MissingPlace| place.kind == kind && place.name == name && place.unit == unit;
         places.iter().zip(&unknown_inputs).find(|(place, _)| is_own(place)).map(|(_, d)| *d)
     };
     let graph = &mut model.graph;

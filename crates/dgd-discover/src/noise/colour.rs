@@ -35,12 +35,12 @@ const HALVINGS: usize = 6;
 
 /// The filter that whitens the noise of one recording and output; its gains do not depend on data.
 #[derive(Debug, Clone)]
-pub(crate) struct Whitener {
+pub(crate) struct NoiseWhitener {
     /// φ to the sample, K and 1/√S at it.
     steps: Vec<[f64; 3]>,
 }
 
-impl Whitener {
+impl NoiseWhitener {
     pub(crate) fn new(
         times: &[f64],
         is_measured: impl Fn(usize) -> bool,
@@ -143,7 +143,7 @@ fn likelihood(errors: &[(&[f64], &[f64])], memory: f64, ratio: f64) -> (f64, f64
     let unit = SensorNoise { colour, ..SensorNoise::known(1.0) };
     let (mut sum, mut logarithms, mut n) = (0.0, 0.0, 0.0);
     for (times, values) in errors {
-        let whitener = Whitener::new(times, |k| values[k].is_finite(), &unit);
+        let whitener = NoiseWhitener::new(times, |k| values[k].is_finite(), &unit);
         let innovations = whitener.apply(values.iter().copied());
         for (innovation, [_, _, scale]) in innovations.iter().zip(&whitener.steps) {
             if innovation.is_finite() {
@@ -195,7 +195,7 @@ mod tests {
             assert!((found.std - 2.0).abs() < 4.0 * 0.033, "{found:?}");
             assert!((colour.std - 3.0).abs() < 4.0 * 0.082, "{found:?}");
             assert!((colour.memory - 9.0).abs() < 4.0 * 0.71, "{found:?}");
-            let whitener = Whitener::new(&times, |k| values[k].is_finite(), &found);
+            let whitener = NoiseWhitener::new(&times, |k| values[k].is_finite(), &found);
             let left = whitener.apply(values.iter().copied());
             let test = whiteness(&left, &SensorNoise::known(1.0), 0).unwrap();
             assert!(test.p_value > 1e-3, "{seed}: {test:?}");

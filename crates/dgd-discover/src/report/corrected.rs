@@ -10,7 +10,7 @@ use dgd_compiler::syntax::edit::{ElementText, NewValue, element_of, list_of, wit
 use dgd_compiler::syntax::{layout, parse, visit};
 use dgd_runtime::System;
 
-use crate::fit::Fitted;
+use crate::fit::FittedStructure;
 use crate::library::BaseModel;
 use crate::plain::is_brought;
 use crate::request::DiscoverError;
@@ -26,7 +26,7 @@ const DIGITS: usize = 9;
 pub(crate) fn corrected(
     base: &BaseModel,
     sources: &SourceMap,
-    fitted: &Fitted,
+    fitted: &FittedStructure,
 ) -> Result<String, DiscoverError> {
     let structure = &fitted.structure;
     let text = if structure.id.is_base() {
@@ -113,7 +113,7 @@ fn with_interpolations(base: &Ast, other: &Ast, text: &str) -> String {
 }
 
 /// All values of the arrays of parameters of which an element was estimated.
-fn arrays(fitted: &Fitted, declared: &[(String, Span)]) -> Vec<NewValue> {
+fn arrays(fitted: &FittedStructure, declared: &[(String, Span)]) -> Vec<NewValue> {
     let mut arrays: BTreeMap<&str, (bool, Vec<ElementText>)> = BTreeMap::new();
     for (parameter, value) in fitted.structure.system.signature().parameters.iter().zip(&fitted.p) {
         let Some((array, indices)) = element_of(&parameter.name) else { continue };

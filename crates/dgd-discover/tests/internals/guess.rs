@@ -5,7 +5,8 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts, load};
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_discover::{
-    BaseModel, Discovery, Guess, Request, Scales, Verdict, discover, templates as known_templates,
+    BaseModel, Discovery, DiscoveryOptions, FormulaGuess, OutputScales, Verdict, discover,
+    templates as known_templates,
 };
 use dgd_execute::{Engine, LoadedSystem};
 use dgd_identify::journal::NoJournal;
@@ -65,14 +66,14 @@ fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
         free: Vec::new(),
         fix: Vec::new(),
         engine: Engine::Auto,
-        scales: Scales::default(),
+        scales: OutputScales::default(),
     };
     let [train, valid] = pair.each_ref().map(|samples| {
         let measured = samples.measured.iter().cloned().map(Some).collect();
         let inputs = inputs(&system, &samples.times, &samples.inputs);
         [Recording::new(samples.times.clone(), inputs, measured)]
     });
-    let request = Request {
+    let request = DiscoveryOptions {
         base: &base,
         library: &[],
         templates: &templates,
@@ -156,7 +157,7 @@ fn tank(seed: u64) -> Samples {
 
 /// The guess at a place.
 #[track_caller]
-fn guess_at<'a>(discovery: &'a Discovery, place: &str) -> &'a Guess {
+fn guess_at<'a>(discovery: &'a Discovery, place: &str) -> &'a FormulaGuess {
     let found = discovery.unexplained.iter().find(|one| one.target == place).expect("the place");
     found.guess.as_ref().unwrap_or_else(|| panic!("a guess in {place}"))
 }

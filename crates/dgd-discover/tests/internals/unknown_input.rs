@@ -1,8 +1,8 @@
 //! A missing term is found at its place, in the unit of the equation as written.
 
 use dgd_discover::{
-    Colour, Deviations, LinearizeError, MissingTerms, PlaceKind, Recording, SensorNoise,
-    UnknownInput, reconstruct, unknown_input,
+    Colour, DeviationError, Deviations, MissingTerms, PlaceKind, ReconstructedRecording,
+    SensorNoise, UnknownInput, reconstruct, unknown_input,
 };
 use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System, observe, simulate};
 
@@ -398,7 +398,7 @@ fn one_sample_is_no_trajectory() {
     nominal.y.truncate(nominal.n);
     case.times.truncate(2);
     let found = Deviations::along(&case.model, &case.p, &case.recorded(&[]), &nominal);
-    assert_eq!(found.err(), Some(LinearizeError::TooShort));
+    assert_eq!(found.err(), Some(DeviationError::TooShort));
 }
 
 #[test]
@@ -431,7 +431,7 @@ output h [m]
 
     let first = unknown_input(&case.deviations(), place, &residuals, &white(&noise)).expect("seen");
     let inputs = case.recorded(&[]);
-    let recording = Recording {
+    let recording = ReconstructedRecording {
         p: &case.p,
         inputs: &inputs,
         start: &[],

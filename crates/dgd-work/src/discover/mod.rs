@@ -16,7 +16,9 @@ use dgd_compiler::syntax::{layout, table_files};
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::{FileSystem, InMemory};
-use dgd_discover::{BaseModel, DiscoverError, Discovery, Gap, Request, Scales, templates};
+use dgd_discover::{
+    BaseModel, DiscoverError, Discovery, DiscoveryOptions, OutputGap, OutputScales, templates,
+};
 use dgd_identify::journal::{Journal, NoJournal};
 use dgd_identify::{NoMonitor, Recording};
 use dgd_plot::Figure;
@@ -102,11 +104,11 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         free: request.sought.free.clone(),
         fix: request.sought.fix.clone(),
         engine: request.solve.engine,
-        scales: Scales::default(),
+        scales: OutputScales::default(),
     };
     let names = recording::names(&[request.data.as_slice(), &held_out.paths].concat());
     let (train_names, valid_names) = names.split_at(request.data.len());
-    let search = Request {
+    let search = DiscoveryOptions {
         base: &base,
         library: &library,
         templates: &templates,
@@ -127,7 +129,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         Some(journal) => journal,
         None => &NoJournal,
     };
-    let search = Request { journal: kept, watch: session.listener, ..search };
+    let search = DiscoveryOptions { journal: kept, watch: session.listener, ..search };
     let mut diagnostics = Diagnostics::default();
     let discovery = dgd_discover::discover(&search, &mut diagnostics);
     session.listener.ends();
@@ -293,7 +295,7 @@ const OTHER_NOISE: f64 = 1.5;
 const PASSES: f64 = 1.1;
 
 /// A sentence about an output whose declared noise differs from the observed noise: how each judges the model.
-fn other_noise(gap: &Gap, signature: &Signature) -> Option<String> {
+fn other_noise(gap: &OutputGap, signature: &Signature) -> Option<String> {
     let output = signature.outputs.iter().find(|output| *output.name == *gap.output)?;
     let declared = output.noise?;
     let ratio = gap.noise / declared;

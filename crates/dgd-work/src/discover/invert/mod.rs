@@ -8,7 +8,7 @@ mod twin;
 use dgd_compiler::model::Model;
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_compiler::units::parse_unit;
-use dgd_discover::{MissingTerms, NoSuchTerm, Recording as Readings, inputs_with};
+use dgd_discover::{MissingTerms, NoSuchTerm, ReconstructedRecording as Readings, inputs_with};
 use dgd_identify::Recording;
 use dgd_identify::inversion::{InversionError, InversionProblem, invert as invert_equation};
 use dgd_runtime::{Inputs, System, Unit};

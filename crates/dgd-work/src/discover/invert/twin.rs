@@ -1,7 +1,8 @@
 //! The smoothed estimate of a missing term, as discoveries draw it.
 
 use dgd_discover::{
-    Deviations, MissingTerms, Recording as Readings, UnknownInput, reconstruct, unknown_input,
+    Deviations, MissingTerms, ReconstructedRecording as Readings, UnknownInput, reconstruct,
+    unknown_input,
 };
 use dgd_identify::Recording;
 use dgd_runtime::{Problem, observe, simulate};

@@ -1,6 +1,6 @@
 //! The figures of a report: one panel for each output or equation, stacked over a common time axis.
 
-use dgd_discover::{Discovery, MissingInput, OutputTrace, RecordingTrace, Window};
+use dgd_discover::{Discovery, MissingInput, OutputTrace, RecordingTrace, SignalWindow};
 use dgd_plot::{Band, Envelope, Figure, Meaning, Panel, Series, Style, Text};
 use dgd_runtime::Unit;
 
@@ -144,7 +144,7 @@ fn shifted(values: &[f64], unit: &Unit) -> Vec<f64> {
     values.iter().map(|value| unit.from_si(*value)).collect()
 }
 
-fn bands(windows: &[Window]) -> Vec<Band> {
+fn bands(windows: &[SignalWindow]) -> Vec<Band> {
     windows.iter().map(|window| Band { from: window.from, to: window.until }).collect()
 }
 

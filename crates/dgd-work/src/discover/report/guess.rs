@@ -1,6 +1,6 @@
 //! A formula that resembles a missing term, as text and JSON.
 
-use dgd_discover::{Discovery, Guess, Unexplained, Verdict};
+use dgd_discover::{Discovery, FormulaGuess, UnexplainedError, Verdict};
 use serde_json::{Value, json};
 
 use super::law;
@@ -16,7 +16,7 @@ pub(super) fn is_told(discovery: &Discovery) -> bool {
 }
 
 /// As text, with its caveat. Code is between backticks.
-pub(super) fn words(unexplained: &Unexplained) -> String {
+pub(super) fn words(unexplained: &UnexplainedError) -> String {
     let Some(guess) = &unexplained.guess else { return NONE.to_owned() };
     let held_out = if guess.is_of_recordings {
         "on validation recordings"
@@ -34,7 +34,7 @@ pub(super) fn words(unexplained: &Unexplained) -> String {
 }
 
 /// For programs; `null` without a formula.
-pub(super) fn value(guess: Option<&Guess>) -> Value {
+pub(super) fn value(guess: Option<&FormulaGuess>) -> Value {
     let Some(guess) = guess else { return Value::Null };
     let coefficients: Vec<Value> = (guess.terms.iter())
         .map(|term| {
@@ -57,7 +57,7 @@ pub(super) fn value(guess: Option<&Guess>) -> Value {
 }
 
 /// The formula as an effect file, with its parameters and the ranges over which it was compared with recordings.
-pub(super) fn as_file(guess: &Guess, file: &str) -> Value {
+pub(super) fn as_file(guess: &FormulaGuess, file: &str) -> Value {
     json!({
         "file": file,
         "formula": guess.formula,

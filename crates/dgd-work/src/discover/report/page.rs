@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use askama::Template;
-use dgd_discover::{Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace};
+use dgd_discover::{
+    Discovery, FoundEffect, ParameterValue, RankedStructure, RecordingTrace, WindowCondition,
+};
 use dgd_page::{Link, Markup, Origin, Page};
 use dgd_plot::{Figure, Text};
 
@@ -190,7 +192,7 @@ fn origin(subject: &Subject<'_>) -> Origin {
 }
 
 /// A condition as markup.
-fn told_condition(condition: &Condition) -> String {
+fn told_condition(condition: &WindowCondition) -> String {
     prose(&condition::words(condition))
 }
 
@@ -235,7 +237,7 @@ fn parameters<'a>(before: &'a [ParameterValue], after: &'a [ParameterValue]) -> 
         .collect()
 }
 
-fn ranking_row(ranked: &Ranked) -> [String; 5] {
+fn ranking_row(ranked: &RankedStructure) -> [String; 5] {
     let effects = match ranked.effects.as_slice() {
         [] => "base model".to_owned(),
         effects => effects.join(" + "),

@@ -4,8 +4,8 @@
 //! `bar` for an output in `bara`, `K` for one in `°C`.
 
 use dgd_discover::{
-    ClosedPlace, Described, Discovery, FoundEffect, FoundRegime, Gap, ParameterValue, PlaceKind,
-    Power, Ranked, Unexplained,
+    ClosedPlace, DetectionPower, Discovery, FoundEffect, FoundRegime, OutputGap, ParameterValue,
+    PlaceKind, RankedStructure, ResemblingEffect, UnexplainedError,
 };
 use serde_json::{Map, Value, json};
 
@@ -107,7 +107,7 @@ fn effect(effect: &FoundEffect) -> Value {
     })
 }
 
-fn of_described((k, described): (usize, &Described)) -> Value {
+fn of_described((k, described): (usize, &ResemblingEffect)) -> Value {
     let file = kept_apart::described(k);
     let apply = match described.arguments.as_slice() {
         [] => file.clone(),
@@ -137,7 +137,7 @@ fn of_closed(closed: &ClosedPlace) -> Value {
     json!({ "target": closed.place.called(), "reason": closed.reason })
 }
 
-fn smallest(power: &Power) -> Value {
+fn smallest(power: &DetectionPower) -> Value {
     json!({
         "name": power.name,
         "parameter": power.parameter,
@@ -156,7 +156,7 @@ fn kind(kind: PlaceKind) -> &'static str {
     }
 }
 
-fn left_over((k, unexplained): (usize, &Unexplained)) -> Value {
+fn left_over((k, unexplained): (usize, &UnexplainedError)) -> Value {
     json!({
         "target": unexplained.target,
         "kind": kind(unexplained.trace.place.kind),
@@ -176,7 +176,7 @@ fn left_over((k, unexplained): (usize, &Unexplained)) -> Value {
     })
 }
 
-fn errors(gap: &Gap) -> Value {
+fn errors(gap: &OutputGap) -> Value {
     let unit = of_differences(&gap.unit);
     let shown = |error: f64| tidy(error / unit.factor);
     json!({
@@ -190,7 +190,7 @@ fn errors(gap: &Gap) -> Value {
     })
 }
 
-fn ranked(ranked: &Ranked) -> Value {
+fn ranked(ranked: &RankedStructure) -> Value {
     json!({
         "effects": ranked.effects,
         "train": tidy(ranked.train),
