@@ -19,7 +19,7 @@ use dgd_compiler::pipeline::{SensitivityDirections, compile};
 use dgd_compiler::program::Program;
 use dgd_compiler::source::{SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::Name;
-use dgd_data::{Table, read};
+use dgd_data::{DataTable, read};
 use dgd_execute::{Engine, InterpretedSystem, LoadedSystem};
 use dgd_runtime::{
     EvaluationPoint, InputColumn, Inputs, Interpolation, Options, Problem, Solution,
@@ -102,7 +102,7 @@ fn row(
     problem: &str,
     back_end: &str,
     system: &impl SolvableSystem,
-    reference: &Table,
+    reference: &DataTable,
     with: bool,
     tolerance: f64,
 ) {
@@ -131,7 +131,12 @@ fn row(
 }
 
 /// The largest difference from the reference, relative to a column's largest value.
-fn error(system: &impl SolvableSystem, solution: &Solution, reference: &Table, with: bool) -> f64 {
+fn error(
+    system: &impl SolvableSystem,
+    solution: &Solution,
+    reference: &DataTable,
+    with: bool,
+) -> f64 {
     let signature = system.signature();
     let times = reference.time.as_deref().unwrap_or_default();
     let mut worst: f64 = 0.0;
@@ -164,7 +169,7 @@ fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-fn reference(flow: &str) -> Table {
+fn reference(flow: &str) -> DataTable {
     let path = root().join(format!("tests/reference/bench_two_state_{flow}.csv"));
     read(&path, &mut SourceMap::default(), &mut Diagnostics::default()).expect("a reference")
 }

@@ -316,8 +316,12 @@ fn read_recording(
     sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) {
-    fn selected(declared: &DeclarationHeader) -> select::Declared<'_> {
-        select::Declared { name: &declared.name, unit: &declared.unit, place: Some(declared.span) }
+    fn selected(declared: &DeclarationHeader) -> select::DeclaredColumn<'_> {
+        select::DeclaredColumn {
+            name: &declared.name,
+            unit: &declared.unit,
+            place: Some(declared.span),
+        }
     }
     let text = block.page.only(std::slice::from_ref(&block.place));
     let Ok(table) = data::read_from(&block.page.name, text.as_bytes(), sources, diagnostics) else {

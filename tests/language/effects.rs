@@ -9,7 +9,7 @@ use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections, compile_asts
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::ast::Ast;
 use dgd_compiler::syntax::layout;
-use dgd_data::Disk;
+use dgd_data::DiskFiles;
 use dgd_work::load_folder;
 
 use crate::support::{name, root};
@@ -34,7 +34,7 @@ impl Library {
         let mut read = |_: &str| Err("this model imports nothing".to_owned());
         let asts = load(main, &mut read, &mut sources, &mut diagnostics);
         let folder = root().join("models/effects");
-        let effects = load_folder(&Disk, &folder, &mut sources, &mut diagnostics);
+        let effects = load_folder(&DiskFiles, &folder, &mut sources, &mut diagnostics);
         match (asts, effects) {
             (Ok(asts), Ok(effects)) => Library { sources, asts, effects },
             _ => panic!("{}", shown(&diagnostics, &sources)),

@@ -6,7 +6,7 @@
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::parse_unit;
-use dgd_data::{Table, read, select};
+use dgd_data::{DataTable, read, select};
 use dgd_runtime::{
     Inputs, Options, Problem, Solution, SolvableSystem, simulate_with_sensitivities,
 };
@@ -14,7 +14,7 @@ use dgd_runtime::{
 use crate::generated;
 use crate::support::{interpreted, native, root};
 
-fn table(path: &str) -> Table {
+fn table(path: &str) -> DataTable {
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     read(&root().join(path), &mut sources, &mut diagnostics).expect("a table")
 }
@@ -30,7 +30,7 @@ fn inputs(system: &impl SolvableSystem, path: &str) -> Inputs {
         .inputs
         .iter()
         .zip(&units)
-        .map(|(x, unit)| select::Declared { name: &x.name, unit, place: None })
+        .map(|(x, unit)| select::DeclaredColumn { name: &x.name, unit, place: None })
         .collect();
     let values = select::inputs(&table, &declared, &mut diagnostics).expect("the model's inputs");
     let columns: Vec<_> = signature

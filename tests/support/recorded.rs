@@ -10,8 +10,8 @@ use dgd_data::{read, select};
 use dgd_identify::Recording;
 use dgd_runtime::{InputColumn, Inputs, Interpolation};
 
-fn of(d: &DeclarationHeader) -> select::Declared<'_> {
-    select::Declared { name: &d.name, unit: &d.unit, place: None }
+fn of(d: &DeclarationHeader) -> select::DeclaredColumn<'_> {
+    select::DeclaredColumn { name: &d.name, unit: &d.unit, place: None }
 }
 
 /// The columns of a file that a model knows, SI; a file without a time column has a row each second.

@@ -10,7 +10,7 @@ use dgd_compiler::model::{DeclarationHeader, Model, ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_data::write::save;
-use dgd_data::{Disk, Table, read, read_from, select};
+use dgd_data::{DataTable, DiskFiles, read, read_from, select};
 use dgd_work::load_folder;
 
 use crate::drilling_rig::plant::{A_B, A_R, G, H_IN, H_OUT, H_PR, L_B, LPM, RHO};
@@ -24,7 +24,7 @@ fn data() -> PathBuf {
     support::root().join("data")
 }
 
-fn table(name: &str) -> Table {
+fn table(name: &str) -> DataTable {
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let file = data().join(format!("{name}.csv.gz"));
     let table = read(&file, &mut sources, &mut diagnostics);
@@ -37,7 +37,7 @@ fn shown(diagnostics: &Diagnostics, sources: &SourceMap) -> String {
 }
 
 /// A column in the file's own unit.
-fn column(table: &Table, name: &str) -> Vec<f64> {
+fn column(table: &DataTable, name: &str) -> Vec<f64> {
     table.column(name).expect("a column").values.clone()
 }
 
@@ -140,7 +140,7 @@ fn instrumented() -> Model {
     let main = SourceText { name: "mud_circulation.dgd".into(), text: text.expect("the model") };
     let mut read = |_: &str| Err("this model imports nothing".to_owned());
     let model = load(main, &mut read, &mut sources, &mut diagnostics).and_then(|asts| {
-        let effects = load_folder(&Disk, &data(), &mut sources, &mut diagnostics)?;
+        let effects = load_folder(&DiskFiles, &data(), &mut sources, &mut diagnostics)?;
         let [effect] = effects.as_slice() else { panic!("one effect is beside the recordings") };
         let application =
             EffectApplication { effect, arguments: Vec::new(), span: effect.name.span };
@@ -151,8 +151,8 @@ fn instrumented() -> Model {
     model.unwrap_or_else(|_| panic!("{}", shown(&diagnostics, &sources)))
 }
 
-fn declared(d: &DeclarationHeader) -> select::Declared<'_> {
-    select::Declared { name: &d.name, unit: &d.unit, place: None }
+fn declared(d: &DeclarationHeader) -> select::DeclaredColumn<'_> {
+    select::DeclaredColumn { name: &d.name, unit: &d.unit, place: None }
 }
 
 #[test]

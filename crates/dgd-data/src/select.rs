@@ -10,11 +10,11 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, su
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, convert};
 
-use crate::table::{Column, Replicate, SHOWN, Table};
+use crate::table::{DataColumn, DataTable, Replicate, SHOWN};
 
 /// The declaration of an input, output or state in the model.
 #[derive(Debug, Clone, Copy)]
-pub struct Declared<'a> {
+pub struct DeclaredColumn<'a> {
     /// Its name.
     pub name: &'a str,
     /// Its unit.
@@ -30,16 +30,16 @@ pub struct Declared<'a> {
 /// An input has no column (E603), or one with missing values (E608), or one that cannot be read as declared (E604,
 /// E607, E609), or differs among three or more rows at one time (E606).
 pub fn inputs(
-    table: &Table,
-    declared: &[Declared<'_>],
+    table: &DataTable,
+    declared: &[DeclaredColumn<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Vec<f64>>, ErrorReported> {
-    inputs_with(table, declared, &[], Gaps::Refused, diagnostics)
+    inputs_with(table, declared, &[], GapPolicy::Refused, diagnostics)
 }
 
 /// Treatment of missing values of an input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Gaps {
+pub enum GapPolicy {
     /// They are a mistake.
     Refused,
     /// They are NaN.
@@ -52,10 +52,10 @@ pub enum Gaps {
 ///
 /// Those of [`inputs`].
 pub fn inputs_with(
-    table: &Table,
-    declared: &[Declared<'_>],
+    table: &DataTable,
+    declared: &[DeclaredColumn<'_>],
     known: &[&str],
-    gaps: Gaps,
+    gaps: GapPolicy,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Vec<f64>>, ErrorReported> {
     let mut columns = Vec::with_capacity(declared.len());
@@ -74,7 +74,7 @@ pub fn inputs_with(
             }
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
-        if gaps == Gaps::Refused
+        if gaps == GapPolicy::Refused
             && let Some(missing) = &column.missing
         {
             let nowhere = missing.count == table.len();
@@ -90,7 +90,7 @@ pub fn inputs_with(
 }
 
 /// The first replicate whose value of an input differs from that of the first row at its time.
-fn differing_replicate(table: &Table, name: &str, values: &[f64]) -> Option<Diagnostic> {
+fn differing_replicate(table: &DataTable, name: &str, values: &[f64]) -> Option<Diagnostic> {
     // Missing values are reported separately.
     let differs = |a: f64, b: f64| a != b && !a.is_nan() && !b.is_nan();
     let replicate = table.replicates.iter().find(|replicate| {
@@ -114,11 +114,11 @@ fn differing_replicate(table: &Table, name: &str, values: &[f64]) -> Option<Diag
 ///
 /// A column cannot be read as declared (E604, E607, E609).
 pub fn measured(
-    table: &Table,
-    declared: &[Declared<'_>],
+    table: &DataTable,
+    declared: &[DeclaredColumn<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Option<Vec<f64>>>, ErrorReported> {
-    let read = |output: &Declared<'_>| {
+    let read = |output: &DeclaredColumn<'_>| {
         table.column(output.name).map(|column| converted(column, output)).transpose()
     };
     of_each(declared, read, diagnostics)
@@ -126,8 +126,8 @@ pub fn measured(
 
 /// The result of `read` for each output, or all mistakes.
 fn of_each<T>(
-    declared: &[Declared<'_>],
-    read: impl Fn(&Declared<'_>) -> Result<T, Diagnostic>,
+    declared: &[DeclaredColumn<'_>],
+    read: impl Fn(&DeclaredColumn<'_>) -> Result<T, Diagnostic>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<T>, ErrorReported> {
     let mut columns = Vec::with_capacity(declared.len());
@@ -153,11 +153,11 @@ pub fn deviation(output: &str) -> String {
 ///
 /// A column cannot be read as declared (E604, E607, E609).
 pub fn deviations(
-    table: &Table,
-    declared: &[Declared<'_>],
+    table: &DataTable,
+    declared: &[DeclaredColumn<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Option<Vec<f64>>>, ErrorReported> {
-    let read = |output: &Declared<'_>| {
+    let read = |output: &DeclaredColumn<'_>| {
         let Some(column) = table.column(&deviation(output.name)) else { return Ok(None) };
         // Differences have no offset: 0.5 °C is half a kelvin.
         let factor = verify(column, output)?.map_or(1.0, |unit| unit.factor);
@@ -167,7 +167,7 @@ pub fn deviations(
 }
 
 /// The columns whose names are not among `known`, in the order of the file.
-pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
+pub fn unknown<'t>(table: &'t DataTable, known: &[&str]) -> Vec<&'t DataColumn> {
     let known: HashSet<&str> = known.iter().copied().collect();
     table.columns.iter().filter(|column| !known.contains(column.name.as_str())).collect()
 }
@@ -176,7 +176,7 @@ pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
 const NAMED: usize = 8;
 
 /// A note on the columns that are not among `known`: they are not used.
-pub fn unknown_note(table: &Table, known: &[&str]) -> Option<Diagnostic> {
+pub fn unknown_note(table: &DataTable, known: &[&str]) -> Option<Diagnostic> {
     let unknown = unknown(table, known);
     let (first, others) = unknown.split_first()?;
     let named = if unknown.len() > NAMED + 1 { NAMED } else { unknown.len() };
@@ -218,7 +218,7 @@ fn shortened(name: &str) -> Cow<'_, str> {
     }
 }
 
-fn no_column(table: &Table, input: &Declared<'_>, known: &[&str]) -> Diagnostic {
+fn no_column(table: &DataTable, input: &DeclaredColumn<'_>, known: &[&str]) -> Diagnostic {
     let message = format!("there is no column for the input `{}`", input.name);
     let mut diagnostic = Diagnostic::new(Code::E603, table.header, message);
     if let Some(place) = input.place {
@@ -232,7 +232,10 @@ fn no_column(table: &Table, input: &Declared<'_>, known: &[&str]) -> Diagnostic 
 }
 
 /// The values of a column in SI, in the model's convention.
-pub fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
+pub fn converted(
+    column: &DataColumn,
+    declared: &DeclaredColumn<'_>,
+) -> Result<Vec<f64>, Diagnostic> {
     let Some(unit) = verify(column, declared)? else {
         return Ok(column.values.clone());
     };
@@ -242,7 +245,10 @@ pub fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, D
 }
 
 /// The unit of a column that can be read as declared; `None` if both are plain numbers.
-fn verify<'c>(column: &'c Column, declared: &Declared<'_>) -> Result<Option<&'c Unit>, Diagnostic> {
+fn verify<'c>(
+    column: &'c DataColumn,
+    declared: &DeclaredColumn<'_>,
+) -> Result<Option<&'c Unit>, Diagnostic> {
     if let Some(fault) = &column.fault {
         return Err(fault.clone());
     }

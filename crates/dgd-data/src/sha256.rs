@@ -26,7 +26,7 @@ impl Sha256Digest {
     ///
     /// Those of reading.
     pub fn read(input: impl Read) -> io::Result<Self> {
-        let mut input = Digested::new(input);
+        let mut input = DigestingReader::new(input);
         io::copy(&mut input, &mut io::sink())?;
         Ok(input.digest())
     }
@@ -46,14 +46,14 @@ impl fmt::Debug for Sha256Digest {
 }
 
 /// Digests bytes as they are read.
-pub(crate) struct Digested<R> {
+pub(crate) struct DigestingReader<R> {
     input: R,
     hasher: Sha256,
 }
 
-impl<R: Read> Digested<R> {
+impl<R: Read> DigestingReader<R> {
     pub(crate) fn new(input: R) -> Self {
-        Digested { input, hasher: Sha256::new() }
+        DigestingReader { input, hasher: Sha256::new() }
     }
 
     /// The digest of the bytes read so far.
@@ -62,7 +62,7 @@ impl<R: Read> Digested<R> {
     }
 }
 
-impl<R: Read> Read for Digested<R> {
+impl<R: Read> Read for DigestingReader<R> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         let n = self.input.read(bytes)?;
         self.hasher.update(&bytes[..n]);

@@ -7,15 +7,15 @@ use dgd_compiler::diagnostics::{Code, Diagnostics, ErrorReported};
 use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::{Unit, parse_unit};
 
-use crate::read::Reading;
+use crate::read::ReadOptions;
 use crate::read::read_with;
-use crate::select::{Declared, inputs, measured, unknown, unknown_note};
-use crate::table::Order;
+use crate::select::{DeclaredColumn, inputs, measured, unknown, unknown_note};
+use crate::table::DisorderPolicy;
 use crate::write::HAS_PARQUET;
-use crate::{Rename, Table, read, read_from};
+use crate::{DataTable, Rename, read, read_from};
 
 /// Reads a text; also returns the mistakes as `code line:column message`.
-fn table(text: impl AsRef<[u8]>) -> (Option<Table>, Vec<String>) {
+fn table(text: impl AsRef<[u8]>) -> (Option<DataTable>, Vec<String>) {
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let table = read_from("a.csv", text.as_ref(), &mut sources, &mut diagnostics);
     assert_eq!(table.is_err(), diagnostics.check().is_err());
@@ -32,7 +32,7 @@ fn list(diagnostics: &Diagnostics, sources: &SourceMap) -> Vec<String> {
         .collect()
 }
 
-fn good(text: impl AsRef<[u8]>) -> Table {
+fn good(text: impl AsRef<[u8]>) -> DataTable {
     let (table, errors) = table(text);
     table.unwrap_or_else(|| panic!("{errors:?}"))
 }
@@ -49,11 +49,11 @@ fn unit(text: &str) -> Unit {
 fn select<T>(
     text: &str,
     declared: &str,
-    with: impl FnOnce(&Table, &[Declared<'_>], &mut Diagnostics) -> Result<T, ErrorReported>,
+    with: impl FnOnce(&DataTable, &[DeclaredColumn<'_>], &mut Diagnostics) -> Result<T, ErrorReported>,
 ) -> Result<T, Vec<String>> {
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let unit = unit(declared);
-    let declared = Declared { name: "x", unit: &unit, place: None };
+    let declared = DeclaredColumn { name: "x", unit: &unit, place: None };
     read_from("a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
         .and_then(|table| with(&table, &[declared], &mut diagnostics))
         .map_err(|_| list(&diagnostics, &sources))
@@ -342,7 +342,7 @@ fn no_bytes_make_it_panic() {
             read_with(reading(limit), "a.csv", text.as_slice(), &mut sources, &mut diagnostics);
         if let Ok(table) = &read {
             let unit = unit("m");
-            let declared = [Declared { name: "x", unit: &unit, place: None }];
+            let declared = [DeclaredColumn { name: "x", unit: &unit, place: None }];
             let _ = inputs(table, &declared, &mut diagnostics);
             let _ = measured(table, &declared, &mut diagnostics);
             let _ = table.recording(&mut diagnostics);
@@ -358,8 +358,8 @@ fn no_bytes_make_it_panic() {
     }
 }
 
-fn reading(kept: usize) -> Reading<'static> {
-    Reading { kept, order: Order::Required, renames: &[], wanted: None }
+fn reading(kept: usize) -> ReadOptions<'static> {
+    ReadOptions { kept, order: DisorderPolicy::Required, renames: &[], wanted: None }
 }
 
 #[test]
@@ -370,7 +370,7 @@ fn columns_take_other_names_and_units() {
         .collect();
     let read = |text: &str, renames: &[Rename]| {
         let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
-        let reading = Reading { renames, ..reading(1000) };
+        let reading = ReadOptions { renames, ..reading(1000) };
         read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
             .map_err(|_| diagnostics.sorted().iter().map(|d| d.message.clone()).collect::<Vec<_>>())
     };
@@ -391,7 +391,7 @@ fn columns_take_other_names_and_units() {
 fn rows_out_of_order_are_left_out_and_told_where_that_is_asked_for() {
     let text = "time [s],x [m]\n0,1\n0.8,2\n1,3\n1,4\n1,9\n0.5,9\n0.7,9\n2,5\n";
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
-    let reading = Reading { order: Order::Recorded, ..reading(1000) };
+    let reading = ReadOptions { order: DisorderPolicy::Recorded, ..reading(1000) };
     let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
         .expect("a recording");
     assert_eq!(table.time, Some(vec![0.0, 0.8, 1.0, 1.0, 2.0]));
@@ -409,7 +409,7 @@ fn as_few_rows_are_left_out_as_it_takes() {
             times.iter().enumerate().map(|(k, time)| format!("{time},{k}\n")).collect();
         let text = format!("time [s],x [m]\n{}", rows.concat());
         let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
-        let reading = Reading { order: Order::Recorded, ..reading(1000) };
+        let reading = ReadOptions { order: DisorderPolicy::Recorded, ..reading(1000) };
         let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics)
             .expect("a recording");
         assert_eq!(table.time.as_ref().map(Vec::len), Some(table.len()));
@@ -444,7 +444,7 @@ fn new_names_are_read_as_carefully_as_headers() {
     let read = |text: &str, rename: &str| {
         let renames = [rename.parse::<Rename>().expect("a new name")];
         let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
-        let reading = Reading { renames: &renames, ..reading(1000) };
+        let reading = ReadOptions { renames: &renames, ..reading(1000) };
         let table = read_with(reading, "a.csv", text.as_bytes(), &mut sources, &mut diagnostics);
         let sorted = diagnostics.sorted();
         assert_eq!(table.is_err(), !render(&sorted, &sources, RenderStyle::Plain).is_empty());
@@ -484,7 +484,8 @@ fn a_bad_new_name_is_one_mistake_for_all_files() {
     let renames = ["P=p_in [bar".parse::<Rename>().expect("a new name")];
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     for name in ["a.csv", "b.csv"] {
-        let (reading, text) = (Reading { renames: &renames, ..reading(1000) }, "time [s],P\n0,1\n");
+        let (reading, text) =
+            (ReadOptions { renames: &renames, ..reading(1000) }, "time [s],P\n0,1\n");
         assert!(read_with(reading, name, text.as_bytes(), &mut sources, &mut diagnostics).is_err());
     }
     assert_eq!(diagnostics.sorted().len(), 1);

@@ -31,7 +31,7 @@ mod unexplained;
 mod uniform;
 
 pub use conditions::{ConditionKind, KnownKind, KnownQuantity, WindowCondition, condition};
-pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
+pub use dgd_screen::noise::{NoiseColour, SensorNoise, quantisation_step, white_noise};
 pub use discover::discover;
 pub use guess::{
     CorrelatedQuantity, FormulaGuess, GuessedTerm, LawParameter, LawRange, TraceCourse,

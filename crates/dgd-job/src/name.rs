@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use dgd_data::{Disk, Sha256Digest};
+use dgd_data::{DiskFiles, Sha256Digest};
 use dgd_identify::journal::Digest;
 use dgd_work::{FOLDER, digest_of_texts};
 
@@ -67,7 +67,7 @@ impl Names {
         if piece.kind == Kind::Discover {
             folders.push(model.parent().unwrap_or(Path::new("")).join(FOLDER));
         }
-        let digest = digest_of_texts(&model, &apply, &folders, &Disk);
+        let digest = digest_of_texts(&model, &apply, &folders, &DiskFiles);
         lock(&self.models).insert(key_of_kind, digest.clone());
         digest
     }

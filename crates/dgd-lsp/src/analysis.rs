@@ -14,7 +14,7 @@ use dgd_compiler::syntax::imports::{self, LoadedFiles};
 use dgd_compiler::syntax::parse;
 use dgd_compiler::units::Dimension;
 
-use crate::files::Files;
+use crate::files::OpenDocuments;
 
 /// A document with the first choice of each variant, as far as it can be analysed.
 pub(crate) struct Analysis {
@@ -30,13 +30,13 @@ pub(crate) struct Analysis {
 }
 
 /// Results for choices other than the first.
-pub(crate) struct Others {
+pub(crate) struct OtherChoices {
     diagnostics: Vec<Diagnostic>,
     dimensions: BTreeMap<Span, Dimension>,
 }
 
 /// Analyses the file at a path.
-pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
+pub(crate) fn analyse(path: &str, files: &OpenDocuments) -> Analysis {
     let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
     let main = SourceText { name: path.to_owned(), text: files.read(path).unwrap_or_default() };
     let mut read = |path: &str| files.read(path);
@@ -100,7 +100,7 @@ fn library(
 fn effect(
     path: &str,
     ast: &Ast,
-    files: &Files,
+    files: &OpenDocuments,
     sources: &mut SourceMap,
     dimensions: &mut BTreeMap<Span, Dimension>,
     diagnostics: &mut Diagnostics,
@@ -131,7 +131,7 @@ fn effect(
 impl Analysis {
     /// Errors in choices other than the first, one at a time, and dimensions in them; `None` once `goes_on` is false
     /// because newer work is waiting.
-    pub(crate) fn other_variants(&self, goes_on: &mut dyn FnMut() -> bool) -> Option<Others> {
+    pub(crate) fn other_variants(&self, goes_on: &mut dyn FnMut() -> bool) -> Option<OtherChoices> {
         let (mut own, mut dimensions) = (Diagnostics::default(), BTreeMap::new());
         for variant in self.model.iter().flat_map(|model| &model.variants) {
             for (_, choice) in
@@ -149,11 +149,11 @@ impl Analysis {
                         .and_then(|model| assemble(&model, &mut own));
             }
         }
-        Some(Others { diagnostics: own.sorted().into_iter().cloned().collect(), dimensions })
+        Some(OtherChoices { diagnostics: own.sorted().into_iter().cloned().collect(), dimensions })
     }
 
     /// Adds the results of other choices.
-    pub(crate) fn add(&mut self, Others { diagnostics, dimensions }: Others) {
+    pub(crate) fn add(&mut self, OtherChoices { diagnostics, dimensions }: OtherChoices) {
         self.others = diagnostics;
         for (span, dimension) in dimensions {
             self.dimensions.entry(span).or_insert(dimension);

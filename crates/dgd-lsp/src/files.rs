@@ -17,12 +17,12 @@ const DEEPEST: usize = 8;
 
 /// Open documents by path, and the folders opened in the editor.
 #[derive(Debug, Default)]
-pub(crate) struct Files {
+pub(crate) struct OpenDocuments {
     pub(crate) open: BTreeMap<String, String>,
     pub(crate) folders: Vec<String>,
 }
 
-impl Files {
+impl OpenDocuments {
     /// The text of a file.
     pub(crate) fn read(&self, path: &str) -> Result<String, String> {
         match self.open.get(path) {

@@ -60,11 +60,11 @@ fn _dgd(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(laid_out, module)?)?;
     module.add_function(wrap_pyfunction!(model::load, module)?)?;
     module.add_function(wrap_pyfunction!(guard::panic_for_test, module)?)?;
-    module.add_class::<data::Table>()?;
-    module.add_class::<model::Model>()?;
-    module.add_class::<results::Run>()?;
-    module.add_class::<results::Found>()?;
-    module.add_class::<points::Equations>()?;
-    module.add_class::<points::Objective>()?;
-    module.add_class::<tracker::Tracker>()
+    module.add_class::<data::PyTable>()?;
+    module.add_class::<model::PyModel>()?;
+    module.add_class::<results::PyRun>()?;
+    module.add_class::<results::PyFound>()?;
+    module.add_class::<points::PyEquations>()?;
+    module.add_class::<points::PyObjective>()?;
+    module.add_class::<tracker::PyTracker>()
 }

@@ -12,7 +12,7 @@ static UNUSED: Mutex<Vec<&'static RunMonitor>> = Mutex::new(Vec::new());
 
 /// Observes work, and can cancel it.
 #[derive(Debug)]
-pub(crate) struct Observer {
+pub(crate) struct PyObserver {
     watched: &'static RunMonitor,
     remarks: Mutex<Vec<String>>,
     progress: Mutex<Option<Progress>>,
@@ -20,12 +20,12 @@ pub(crate) struct Observer {
     shows: Option<Py<PyAny>>,
 }
 
-impl Observer {
+impl PyObserver {
     /// An observer that shows progress if there is a callback.
     pub(crate) fn new(shows: Option<Py<PyAny>>) -> Self {
         let unused = UNUSED.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let watched = unused.unwrap_or_else(|| Box::leak(Box::default()));
-        Observer { watched, remarks: Mutex::default(), progress: Mutex::default(), shows }
+        PyObserver { watched, remarks: Mutex::default(), progress: Mutex::default(), shows }
     }
 
     /// Cancels the work; returns whether it was cancelled before.
@@ -51,7 +51,7 @@ impl Observer {
     }
 }
 
-impl Monitor for Observer {
+impl Monitor for PyObserver {
     fn advanced(&self, progress: Progress) {
         *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);
     }
@@ -65,7 +65,7 @@ impl Monitor for Observer {
     }
 }
 
-impl Listener for Observer {
+impl Listener for PyObserver {
     fn remark(&self, remark: Remark<'_>) {
         self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(remark.to_text());
     }
@@ -75,7 +75,7 @@ impl Listener for Observer {
     }
 }
 
-impl Drop for Observer {
+impl Drop for PyObserver {
     fn drop(&mut self) {
         if !self.watched.is_stopped() {
             self.watched.reset();

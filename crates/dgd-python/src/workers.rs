@@ -11,13 +11,13 @@ use std::thread;
 /// Stack size of a thread; recursion is limited to far less.
 const STACK: usize = 16 << 20;
 
-type Job = Box<dyn FnOnce() + Send>;
+type WorkerJob = Box<dyn FnOnce() + Send>;
 
 /// A thread that runs the jobs sent to it, and ends when this is dropped.
 pub(crate) struct Worker {
     /// The process that started it: a forked process does not have it.
     process: u32,
-    jobs: Sender<Job>,
+    jobs: Sender<WorkerJob>,
 }
 
 thread_local! {
@@ -31,7 +31,7 @@ thread_local! {
 ///
 /// If the system cannot start a thread.
 pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<Worker> {
-    let mut job: Job = Box::new(job);
+    let mut job: WorkerJob = Box::new(job);
     while let Some(worker) = IDLE.with_borrow_mut(Vec::pop) {
         if worker.process != process::id() {
             // Its channel was copied while another thread may have held it.
@@ -43,7 +43,7 @@ pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<Worker> {
             Err(SendError(refused)) => job = refused,
         }
     }
-    let (jobs, receive) = mpsc::channel::<Job>();
+    let (jobs, receive) = mpsc::channel::<WorkerJob>();
     thread::Builder::new().stack_size(STACK).spawn(move || {
         job();
         while let Ok(next) = receive.recv() {

@@ -2,20 +2,20 @@
 
 use dgd_runtime::RunMonitor;
 
-/// Stops the work of a [`Bench`](crate::Bench), from any thread, before its next step.
+/// Stops the work of a [`ModelBench`](crate::ModelBench), from any thread, before its next step.
 #[derive(Debug, Clone, Copy)]
-pub struct Stop {
+pub struct StopHandle {
     watched: &'static RunMonitor,
 }
 
-impl Default for Stop {
+impl Default for StopHandle {
     /// Allocates for the lifetime of the program, since runs read it without a lock.
     fn default() -> Self {
-        Stop { watched: Box::leak(Box::default()) }
+        StopHandle { watched: Box::leak(Box::default()) }
     }
 }
 
-impl Stop {
+impl StopHandle {
     /// Requests a stop.
     pub fn stop(&self) {
         self.watched.stop();

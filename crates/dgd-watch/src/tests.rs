@@ -6,7 +6,7 @@ use dgd_data::InMemory;
 use dgd_work::RunRequest;
 use serde_json::{Value, json};
 
-use crate::{Ask, Bench};
+use crate::{ModelBench, PageRequest};
 
 const MODEL: &str = "model cooling\n\
     parameter tau [min] = 2 in 0.1 .. 100, log  /// time constant\n\
@@ -18,18 +18,18 @@ const EFFECT: &str = "/// Heated.\neffect heat on cooling\nkind plant\n\
     parameter P [K] = 1\nnull P = 0\nadd P to cooling\n";
 const DATA: &str = "time [s],T [K]\n0,80.1\n50,53.2\n100,36.1\n200,16.0\n300,7.1\n";
 
-fn bench() -> (Bench, InMemory) {
+fn bench() -> (ModelBench, InMemory) {
     let files = InMemory::default()
         .with("cooling.dgd", MODEL)
         .with("effects/heat.dgd", EFFECT)
         .with("cup.csv", DATA);
     let mut request = RunRequest::new("cooling.dgd");
     request.data = Some("cup.csv".into());
-    (Bench::new(request), files)
+    (ModelBench::new(request), files)
 }
 
-fn asked(bench: &mut Bench, files: &InMemory, ask: &str) -> Value {
-    let ask = Ask::read(ask.as_bytes()).expect("an ask");
+fn asked(bench: &mut ModelBench, files: &InMemory, ask: &str) -> Value {
+    let ask = PageRequest::read(ask.as_bytes()).expect("an ask");
     let answer = bench.answer(&ask, files);
     serde_json::from_str(&answer).expect("JSON")
 }
@@ -146,10 +146,10 @@ fn a_fit_gives_values_for_the_sliders() {
 fn what_is_overtaken_says_so() {
     let (mut bench, files) = bench();
     bench.stop().stop();
-    let answer = bench.answer(&Ask::default(), &files);
+    let answer = bench.answer(&PageRequest::default(), &files);
     assert_eq!(answer, r#"{"ok":false,"overtaken":true}"#);
     bench.stop().reset();
-    assert_ne!(bench.answer(&Ask::default(), &files), answer);
+    assert_ne!(bench.answer(&PageRequest::default(), &files), answer);
     assert_eq!(bench.first()["file"], json!("cooling.dgd"));
     assert_eq!(bench.files(), [PathBuf::from("cooling.dgd"), "cup.csv".into()]);
 }
@@ -161,10 +161,10 @@ fn a_run_that_takes_hours_is_stopped_before_its_next_step() {
     let mut request = RunRequest::new("hours.dgd");
     request.solve.until = Some(1e9);
     request.every = Some(1e8);
-    let mut bench = Bench::new(request);
+    let mut bench = ModelBench::new(request);
     let stop = bench.stop();
     let answer = std::thread::scope(|scope| {
-        let answered = scope.spawn(|| bench.answer(&Ask::default(), &files));
+        let answered = scope.spawn(|| bench.answer(&PageRequest::default(), &files));
         std::thread::sleep(std::time::Duration::from_millis(20));
         assert!(!answered.is_finished(), "it takes long");
         stop.stop();

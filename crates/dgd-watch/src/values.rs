@@ -13,20 +13,20 @@ use dgd_compiler::syntax::parse;
 
 /// The values of a text's parameters.
 #[derive(Debug)]
-pub struct Values {
+pub struct ParameterValues {
     text: String,
     /// The span of each value.
     places: BTreeMap<String, Span>,
 }
 
-impl Values {
+impl ParameterValues {
     /// The values in the text of a model with these choices of variants; empty for a text with errors.
-    pub fn of(text: &str, variant: &BTreeMap<String, String>) -> Values {
+    pub fn of(text: &str, variant: &BTreeMap<String, String>) -> ParameterValues {
         let mut places = BTreeMap::new();
         if let Some(ast) = parsed(text) {
             collect(&ast.items, variant, &mut places);
         }
-        Values { text: text.to_owned(), places }
+        ParameterValues { text: text.to_owned(), places }
     }
 
     /// The parameters whose values are in the text.
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn values_change_and_all_else_stays_where_it_is() {
-        let own = Values::of(TEXT, &BTreeMap::new());
+        let own = ParameterValues::of(TEXT, &BTreeMap::new());
         assert_eq!(own.names().collect::<Vec<_>>(), ["A", "K", "k"]);
         let changed = own.with(&values(&[("A", 1.25), ("k", 1.5e-7), ("K", -0.0625)]));
         let expected = TEXT
@@ -189,7 +189,8 @@ mod tests {
         assert_eq!(changed, Ok(expected));
         assert_eq!(own.with(&BTreeMap::new()).as_deref(), Ok(TEXT));
         // The value of the chosen alternative.
-        let free = Values::of(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
+        let free =
+            ParameterValues::of(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
         assert_eq!(free.with(&values(&[("K", 6.0)])), Ok(TEXT.replace("K = 5", "K = 6")));
     }
 
@@ -197,7 +198,7 @@ mod tests {
     fn elements_change_where_each_has_a_value() {
         let text = "model m\nparameter k[0..1] = (2, 3)\nparameter r[1..2] = 5\n\
                     parameter a[1..2][1..2] = ((1, 2), 7)\n";
-        let own = Values::of(text, &BTreeMap::new());
+        let own = ParameterValues::of(text, &BTreeMap::new());
         assert_eq!(own.names().collect::<Vec<_>>(), ["a[1][1]", "a[1][2]", "k[0]", "k[1]"]);
         let changed = own.with(&values(&[("k[1]", 4.0), ("a[1][2]", 9.0)]));
         assert_eq!(changed, Ok(text.replace("(2, 3)", "(2, 4)").replace("(1, 2)", "(1, 9)")));
@@ -206,19 +207,19 @@ mod tests {
 
     #[test]
     fn a_long_value_takes_the_room_there_is() {
-        let own = Values::of(TEXT, &BTreeMap::new());
+        let own = ParameterValues::of(TEXT, &BTreeMap::new());
         let changed = own.with(&values(&[("k", 0.123_456_789_012_345)])).expect("it is there");
         assert!(changed.contains("= 0.123456789012345 in 0 ..        # twice"), "{changed}");
     }
 
     #[test]
     fn what_stands_elsewhere_or_is_no_number_is_refused() {
-        let own = Values::of(TEXT, &BTreeMap::new());
+        let own = ParameterValues::of(TEXT, &BTreeMap::new());
         let refused = own.with(&values(&[("A", 1.0), ("F_b", 2.0)]));
         assert_eq!(refused, Err(CannotWrite::Elsewhere("F_b".to_owned())));
         let refused = own.with(&values(&[("A", f64::NAN)]));
         assert_eq!(refused, Err(CannotWrite::NotFinite("A".to_owned())));
-        assert_eq!(Values::of("model a\nparameter", &BTreeMap::new()).names().count(), 0);
+        assert_eq!(ParameterValues::of("model a\nparameter", &BTreeMap::new()).names().count(), 0);
     }
 
     #[test]

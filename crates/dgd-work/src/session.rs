@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use dgd_compiler::diagnostics::{Diagnostic, render};
 use dgd_compiler::source::SourceMap;
-use dgd_data::{Disk, FileSystem};
+use dgd_data::{DiskFiles, FileSystem};
 use dgd_identify::{Monitor, Progress, Total};
 
 use crate::error::WorkError;
@@ -133,7 +133,7 @@ impl<'a> Session<'a> {
     /// Seed 0, all processors, files on disk, and this listener.
     pub fn new(listener: &'a dyn Listener) -> Self {
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Session { seed: 0, threads, listener, files: &Disk }
+        Session { seed: 0, threads, listener, files: &DiskFiles }
     }
 
     /// The same session with another seed.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dgd_data::{Columns, Disk, FileSystem, InMemory, Layers};
+use dgd_data::{DataColumns, DiskFiles, FileSystem, InMemory, LayeredFiles};
 use dgd_discover::Verdict;
 use dgd_identify::{Monitor, Progress};
 use serde_json::Value;
@@ -127,7 +127,7 @@ fn texts_give_what_files_give() {
         file.read_to_end(&mut contents).expect("memory can be read");
         std::fs::write(folder.path().join(path), contents).expect("it is writable");
     }
-    for (k, (text, file)) in worked(&texts, "").iter().zip(worked(&Disk, &root)).enumerate() {
+    for (k, (text, file)) in worked(&texts, "").iter().zip(worked(&DiskFiles, &root)).enumerate() {
         assert!(*text == file, "piece of work {k}");
     }
 }
@@ -361,7 +361,7 @@ fn a_search_that_is_stopped_has_a_result_that_says_so() {
 }
 
 /// The columns of a CSV text.
-fn columns(csv: &[u8]) -> Columns {
+fn columns(csv: &[u8]) -> DataColumns {
     let text = String::from_utf8_lossy(csv).into_owned();
     let mut lines = text.lines();
     let headers = lines.next().unwrap_or_default().split(',');
@@ -372,7 +372,7 @@ fn columns(csv: &[u8]) -> Columns {
             values.push(cell.parse().unwrap_or(f64::NAN));
         }
     }
-    Columns { all: columns }
+    DataColumns { all: columns }
 }
 
 #[test]
@@ -380,7 +380,7 @@ fn columns_give_what_their_text_gives() {
     let monday = recorded(1);
     let as_text = files().with("rig/monday.csv", monday.clone());
     let as_columns = files().with_columns("rig/monday.csv", columns(&monday));
-    let texts_and_columns = Layers { above: &as_columns, below: &as_text };
+    let texts_and_columns = LayeredFiles { above: &as_columns, below: &as_text };
     let results = worked(&as_text, "").into_iter().zip(worked(&texts_and_columns, ""));
     for (k, (mut text, mut columns)) in results.enumerate() {
         // Digests are those of the files that were read.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use dgd_compiler::pipeline::SensitivityDirections;
 use dgd_data::InMemory;
-use dgd_watch::{Ask, Bench, of_error};
+use dgd_watch::{ModelBench, PageRequest, of_error};
 use dgd_work::{Engine, RunRequest, Session, Silent, WorkError, load, prepare};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 #[serde(rename_all = "snake_case")]
 enum Message {
     Open(Open),
-    Ask(Ask),
+    Ask(PageRequest),
     Inputs {},
     Table { values: BTreeMap<String, f64> },
     Discover(Discover),
@@ -49,7 +49,7 @@ struct Discover {
 pub struct Room {
     files: InMemory,
     request: RunRequest,
-    bench: Bench,
+    bench: ModelBench,
 }
 
 impl Default for Room {
@@ -60,7 +60,7 @@ impl Default for Room {
 
 impl Room {
     fn of(files: InMemory, request: RunRequest) -> Room {
-        Room { files, bench: Bench::new(request.clone()), request }
+        Room { files, bench: ModelBench::new(request.clone()), request }
     }
 
     /// The answer to a message of the worker, as JSON.

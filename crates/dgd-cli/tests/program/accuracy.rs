@@ -5,13 +5,13 @@ use std::process::Command;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::SourceMap;
-use dgd_data::{Table, read};
+use dgd_data::{DataTable, read};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn table(path: &Path) -> Table {
+fn table(path: &Path) -> DataTable {
     read(path, &mut SourceMap::default(), &mut Diagnostics::default()).expect("a table")
 }
 

@@ -5,8 +5,8 @@ use std::str::FromStr;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use dgd_compiler::source::{SourceMap, SourceText, Span};
 
-use crate::csv::header::{Header, Renamed, parse, unit_at};
-use crate::csv::kept::Kept;
+use crate::csv::header::{ColumnRename, CsvHeader, parse, unit_at};
+use crate::csv::kept::ShownText;
 
 /// Another name for a column, as in `P_RIS=p_r`, or with its unit, as in `P_RIS=p_r [barg]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl Rename {
         &self,
         sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Renamed, ErrorReported> {
+    ) -> Result<ColumnRename, ErrorReported> {
         let text = format!("{}={}", self.column, self.name);
         let byte = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
         let (start, end) = (byte(self.column.len() + 1), byte(text.len()));
@@ -54,17 +54,17 @@ impl Rename {
         }
         let unit = parsed.unit.map(|unit| unit_at(unit, place, sources)).transpose();
         let unit = unit.map_err(|diagnostic| diagnostics.error(*diagnostic))?;
-        Ok(Renamed { name: parsed.name.to_owned(), unit })
+        Ok(ColumnRename { name: parsed.name.to_owned(), unit })
     }
 }
 
-impl Header {
+impl CsvHeader {
     /// Renames columns. A file that has the new name but not the old one is left unchanged, so that files of several
     /// kinds can be read together.
     pub(crate) fn rename(
         &mut self,
         renames: &[Rename],
-        kept: Kept,
+        kept: ShownText,
         sources: &mut SourceMap,
         diagnostics: &mut Diagnostics,
     ) -> Result<(), ErrorReported> {

@@ -166,13 +166,13 @@ pub(crate) fn inverse(information: &DMatrix<f64>, rtol: f64) -> DMatrix<f64> {
 mod tests {
     use super::*;
     use dgd_runtime::Inputs;
-    use dgd_screen::noise::Colour;
+    use dgd_screen::noise::NoiseColour;
 
     #[test]
     fn products_with_the_covariance_are_those_of_its_matrix() {
         let times: Vec<f64> = (0..40).map(|k| f64::from(k) + 0.3 * f64::from(k % 3)).collect();
         let samples: Vec<usize> = (0..40).filter(|k| k % 7 != 3).collect();
-        let colour = Some(Colour { std: 1.5, memory: 6.0 });
+        let colour = Some(NoiseColour { std: 1.5, memory: 6.0 });
         let noise = SensorNoise { colour, ..SensorNoise::known(0.5) };
         let columns =
             DMatrix::from_fn(samples.len(), 2, |k, i| ((k + 1) as f64 * 0.3).sin() + i as f64);

@@ -31,7 +31,7 @@
 
 use super::deviations::Deviations;
 use crate::noise::NoiseWhitener;
-use dgd_screen::noise::{Colour, SensorNoise};
+use dgd_screen::noise::{NoiseColour, SensorNoise};
 
 /// Numbers that the kernels below process at once.
 const LANES: usize = 4;
@@ -166,7 +166,7 @@ impl DeviationChain {
         let (times, n_w) = (&deviations.times, deviations.n_outputs);
         let states = deviations.n();
         let intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let coloured: Vec<(usize, Colour)> = noise
+        let coloured: Vec<(usize, NoiseColour)> = noise
             .iter()
             .enumerate()
             .filter_map(|(output, noise)| Some((output, noise.as_ref()?.colour?)))

@@ -15,7 +15,7 @@
 //! Source: Madsen, Time Series Analysis (2008), §10.3 and §10.6; Schweppe, IEEE Trans. Inf. Theory 11
 //! (1965) 61, for the likelihood.
 
-use dgd_screen::noise::{Colour, SensorNoise};
+use dgd_screen::noise::{NoiseColour, SensorNoise};
 use dgd_screen::usual_spacing;
 
 /// Ratio of correlated to white noise above which the correlated part is model error rather than noise.
@@ -47,7 +47,7 @@ impl NoiseWhitener {
         noise: &SensorNoise,
     ) -> Self {
         let white = noise.std * noise.std;
-        let Some(Colour { std, memory }) = noise.colour else {
+        let Some(NoiseColour { std, memory }) = noise.colour else {
             return Self { steps: vec![[0.0, 0.0, 1.0 / noise.std]; times.len()] };
         };
         let coloured = std * std;
@@ -129,7 +129,7 @@ pub(crate) fn coloured_noise(
     let (of_white, _) = self::likelihood(errors, least, 0.0);
     let is_noise = memory <= longest_memory && ratio <= MOST_COLOUR;
     let std = variance.sqrt();
-    let colour = Colour { std: ratio * std, memory };
+    let colour = NoiseColour { std: ratio * std, memory };
     (is_noise && 2.0 * (best.0 - of_white) > LEAST_GAIN && std > 0.0).then_some(SensorNoise {
         std,
         colour: Some(colour),
@@ -139,7 +139,7 @@ pub(crate) fn coloured_noise(
 
 /// The log-likelihood, up to a constant, and σ².
 fn likelihood(errors: &[(&[f64], &[f64])], memory: f64, ratio: f64) -> (f64, f64) {
-    let colour = Some(Colour { std: ratio, memory });
+    let colour = Some(NoiseColour { std: ratio, memory });
     let unit = SensorNoise { colour, ..SensorNoise::known(1.0) };
     let (mut sum, mut logarithms, mut n) = (0.0, 0.0, 0.0);
     for (times, values) in errors {

@@ -22,7 +22,7 @@
 
 use dgd_screen::distribution::chi_square_tail;
 use dgd_screen::noise::SensorNoise;
-use dgd_screen::residuals::{Lag, lagged_product, ljung_box};
+use dgd_screen::residuals::{LagStatistic, lagged_product, ljung_box};
 
 /// The statistic of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,7 +92,7 @@ pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Opt
     if sum_of_squares > 0.0 {
         let lags = ljung_box(&[&e], LAGS[LAGS.len() - 1]);
         checks.extend(LAGS.map(|lag| {
-            let Lag { statistic, tested, .. } = lags[lag - 1];
+            let LagStatistic { statistic, tested, .. } = lags[lag - 1];
             check(CheckKind::Correlation(lag), statistic, tested as f64)
         }));
     }

@@ -9,7 +9,7 @@ use dgd_compiler::units::{Unit, mistaken, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::signature::Interpolation;
 use dgd_runtime::{InputColumn, Inputs, LimitSide, Signature, System};
-use dgd_screen::noise::{Colour, SensorNoise};
+use dgd_screen::noise::{NoiseColour, SensorNoise};
 
 use super::stuck::{self, StuckColumn};
 use super::{CorrectedRecordings, PlainSearch, SuspectModel, Suspicion};
@@ -200,7 +200,7 @@ impl ColumnChange {
                     quantisation: noise.quantisation.map(|step| step * factor.abs()),
                     colour: noise
                         .colour
-                        .map(|colour| Colour { std: colour.std * factor.abs(), ..colour }),
+                        .map(|colour| NoiseColour { std: colour.std * factor.abs(), ..colour }),
                     ..noise
                 });
             }

@@ -1,7 +1,7 @@
 //! A missing term is found at its place, in the unit of the equation as written.
 
 use dgd_discover::{
-    Colour, DeviationError, Deviations, MissingTerms, PlaceKind, ReconstructedRecording,
+    DeviationError, Deviations, MissingTerms, NoiseColour, PlaceKind, ReconstructedRecording,
     SensorNoise, UnknownInput, reconstruct, unknown_input,
 };
 use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System, observe, simulate};
@@ -218,7 +218,7 @@ fn correlated_noise_is_not_what_is_missing() {
     let case = two_lags(1200);
     let (stds, memory) = ([0.01, 0.02], 12.0);
     let noise = stds.map(|std| {
-        Some(SensorNoise { colour: Some(Colour { std, memory }), ..SensorNoise::known(std) })
+        Some(SensorNoise { colour: Some(NoiseColour { std, memory }), ..SensorNoise::known(std) })
     });
     let deviations = case.deviations();
     let place = case.place(PlaceKind::Equation, "first");

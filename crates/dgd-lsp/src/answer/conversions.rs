@@ -16,10 +16,10 @@ const MOST: usize = 3;
 const LONGEST: usize = 30;
 
 /// A proposal: its title and its edits.
-pub(super) type Proposal = (String, Vec<FixEdit>);
+pub(super) type ConversionProposal = (String, Vec<FixEdit>);
 
 /// Proposals for a unit error.
-pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<Proposal> {
+pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<ConversionProposal> {
     let [wrong, others @ ..] = diagnostic.labels.as_slice() else { return Vec::new() };
     let span = wrong.span;
     let Some(found) = dimension_at(span, analysis) else { return Vec::new() };
@@ -56,7 +56,7 @@ fn dimension_at(span: Span, analysis: &Analysis) -> Option<Dimension> {
 }
 
 /// Adds a unit to a plain number.
-fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<Proposal> {
+fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<ConversionProposal> {
     let text = analysis.sources.text(span);
     text.parse::<f64>().ok()?;
     let unit = spelt(wanted, analysis);
@@ -71,7 +71,12 @@ fn spelt(wanted: Dimension, analysis: &Analysis) -> String {
 }
 
 /// Products and quotients of an expression and declared quantities that have the wanted dimension.
-fn scaled(span: Span, found: Dimension, wanted: Dimension, analysis: &Analysis) -> Vec<Proposal> {
+fn scaled(
+    span: Span,
+    found: Dimension,
+    wanted: Dimension,
+    analysis: &Analysis,
+) -> Vec<ConversionProposal> {
     if span.source != SourceId(0) {
         return Vec::new();
     }
@@ -127,7 +132,7 @@ fn is_factor(text: &str) -> bool {
 }
 
 /// A constant or parameter of the document.
-struct Quantity<'a> {
+struct DocumentQuantity<'a> {
     name: &'a str,
     unit: &'a str,
     dimension: Dimension,
@@ -135,7 +140,7 @@ struct Quantity<'a> {
     is_coherent: bool,
 }
 
-fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
+fn declared(analysis: &Analysis) -> Vec<DocumentQuantity<'_>> {
     let mut quantities = Vec::new();
     let units = own_units::all(&analysis.asts);
     visit::items(&analysis.asts[0].items, &mut |item| {
@@ -148,7 +153,7 @@ fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
             && unit.dimension != Dimension::ONE
         {
             let is_coherent = unit.factor == 1.0 && unit.offset == 0.0;
-            quantities.push(Quantity {
+            quantities.push(DocumentQuantity {
                 name: &name.text,
                 unit: text,
                 dimension: unit.dimension,

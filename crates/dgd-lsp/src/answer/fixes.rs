@@ -9,8 +9,8 @@ use lsp_types::{
     DiagnosticSeverity, Location, NumberOrString, Position, Range, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::Context;
-use super::conversions::{Proposal, conversions};
+use super::AnswerContext;
+use super::conversions::{ConversionProposal, conversions};
 use crate::analysis::Analysis;
 use crate::places;
 
@@ -73,7 +73,10 @@ fn proposed(help: &str) -> Option<&str> {
 }
 
 /// Quick fixes for the diagnostics in a range, and a combined fix of all safe ones in the document.
-pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeActionResponse {
+pub(super) fn actions(
+    params: &CodeActionParams,
+    context: &AnswerContext<'_>,
+) -> CodeActionResponse {
     let Some(analysis) = context.analysis else { return Vec::new() };
     let wanted = |kind: &CodeActionKind| {
         let only = params.context.only.as_ref();
@@ -100,7 +103,7 @@ pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeA
 fn of_mistake(
     diagnostic: &Diagnostic,
     analysis: &Analysis,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Vec<CodeAction> {
     let of_compiler = diagnostic.fix.iter().map(|fix| {
         let title = fix.line(&analysis.sources).map(|line| format!("Write `{line}`"));
@@ -126,7 +129,7 @@ fn of_mistake(
 }
 
 /// Replaces the marked word by the proposed one.
-fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
+fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<ConversionProposal> {
     let word = diagnostic.help.as_deref().and_then(proposed)?;
     let span = diagnostic.labels[0].span;
     // For `pump.c`, a help text may concern only the part after the dot.
@@ -138,7 +141,7 @@ fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
 }
 
 /// Adds a label to an equation without one.
-fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
+fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<ConversionProposal> {
     let place = diagnostic.labels[0].span;
     let text = &analysis.sources.get(SourceId(0)).text;
     let position = place.start as usize;
@@ -162,7 +165,7 @@ fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
 }
 
 /// All unambiguous corrections of the document.
-fn all_safe(analysis: &Analysis, context: &Context<'_>) -> Option<CodeAction> {
+fn all_safe(analysis: &Analysis, context: &AnswerContext<'_>) -> Option<CodeAction> {
     let fixes = analysis.diagnostics.iter().filter_map(|one| one.fix.as_ref());
     let safe: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
     let text = context.text();

@@ -15,10 +15,10 @@ use lsp_types::{
     MarkupKind,
 };
 
-use super::Context;
+use super::AnswerContext;
 use crate::{dimensions, places};
 
-pub(super) fn hover(params: &HoverParams, context: &Context<'_>) -> Option<Hover> {
+pub(super) fn hover(params: &HoverParams, context: &AnswerContext<'_>) -> Option<Hover> {
     let analysis = context.analysis?;
     let byte = context.byte(params.text_document_position_params.position) as u32;
     let (names, sources) = context.files.names(&context.path);
@@ -75,7 +75,7 @@ fn of_symbol(
     id: SymbolId,
     names: &NameTable,
     sources: &SourceMap,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> String {
     let symbol = names.symbol(id);
     let ast = parse_what_is_sound(symbol.declared.source, sources);
@@ -128,7 +128,11 @@ fn item_around(ast: &Ast, place: Span) -> Option<&Item> {
 }
 
 /// The value of a constant or parameter of the document, in its unit; the typeset equation of a label.
-fn value_of(symbol: &NamedItem, sources: &SourceMap, context: &Context<'_>) -> Option<String> {
+fn value_of(
+    symbol: &NamedItem,
+    sources: &SourceMap,
+    context: &AnswerContext<'_>,
+) -> Option<String> {
     let NamedItem { name, kind, declared } = symbol;
     if sources.get(declared.source).name != context.path {
         return None;
@@ -151,7 +155,7 @@ fn value_of(symbol: &NamedItem, sources: &SourceMap, context: &Context<'_>) -> O
 }
 
 /// The units of `let`s without a declared unit.
-pub(super) fn inlay_hints(context: &Context<'_>) -> Vec<InlayHint> {
+pub(super) fn inlay_hints(context: &AnswerContext<'_>) -> Vec<InlayHint> {
     let Some(analysis) = context.analysis else { return Vec::new() };
     let mut hints = Vec::new();
     visit::items(&analysis.asts[0].items, &mut |item| {

@@ -13,13 +13,13 @@ use lsp_types::{
     TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::Context;
+use super::AnswerContext;
 use crate::places;
 
 /// The names of the project, and the use at a position.
 fn found(
     at: &TextDocumentPositionParams,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Option<(NameTable, SourceMap, NameUse)> {
     let byte = context.byte(at.position) as u32;
     let (names, sources) = context.files.names(&context.path);
@@ -29,14 +29,17 @@ fn found(
 
 pub(super) fn definition(
     params: &GotoDefinitionParams,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Option<Vec<Location>> {
     let (names, sources, one) = found(&params.text_document_position_params, context)?;
     let declared = names.uses_of(one.symbol).filter(|one| one.declares);
     Some(declared.filter_map(|one| places::location(one.span, &sources, context.columns)).collect())
 }
 
-pub(super) fn references(params: &ReferenceParams, context: &Context<'_>) -> Option<Vec<Location>> {
+pub(super) fn references(
+    params: &ReferenceParams,
+    context: &AnswerContext<'_>,
+) -> Option<Vec<Location>> {
     let (names, sources, one) = found(&params.text_document_position, context)?;
     let with_declarations = params.context.include_declaration;
     let uses = names.uses_of(one.symbol).filter(|one| with_declarations || !one.declares);
@@ -45,7 +48,7 @@ pub(super) fn references(params: &ReferenceParams, context: &Context<'_>) -> Opt
 
 pub(super) fn prepare(
     params: &TextDocumentPositionParams,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Option<PrepareRenameResponse> {
     let (_, sources, one) = found(params, context)?;
     let range = places::range_of(one.span, &sources, context.columns);
@@ -55,7 +58,7 @@ pub(super) fn prepare(
 #[allow(clippy::mutable_key_type)] // The protocol's own type.
 pub(super) fn rename(
     params: &RenameParams,
-    context: &Context<'_>,
+    context: &AnswerContext<'_>,
 ) -> Result<Option<WorkspaceEdit>, String> {
     let Some((names, sources, one)) = found(&params.text_document_position, context) else {
         return Err("nothing here is a name of the model".to_owned());

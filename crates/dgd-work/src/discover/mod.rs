@@ -13,7 +13,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{CompiledStages, SensitivityDirections};
 use dgd_compiler::source::SourceText;
 use dgd_compiler::syntax::{layout, table_files};
-use dgd_data::files::Files;
+use dgd_data::files::ResultFolder;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::{FileSystem, InMemory};
 use dgd_discover::{
@@ -239,7 +239,7 @@ impl Discovered {
     /// # Errors
     ///
     /// The corrected model does not compile, or the page cannot be made.
-    pub fn files(&self) -> Result<Files, WorkError> {
+    pub fn files(&self) -> Result<ResultFolder, WorkError> {
         report::files(&self.subject())
     }
 

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use dgd_compiler::model::Setting;
 use dgd_compiler::pipeline::CompiledStages;
 use dgd_compiler::source::SourceMap;
-use dgd_data::files::Files;
+use dgd_data::files::ResultFolder;
 use dgd_data::files::journal::RunJournal;
 use dgd_identify::ParameterEstimate;
 use dgd_plot::Figure;
@@ -191,7 +191,7 @@ impl Fitted {
     }
 
     /// The files of a folder of results: [`file_names`].
-    pub fn files(&self, folder: &Path) -> Files {
+    pub fn files(&self, folder: &Path) -> ResultFolder {
         let name = fitted_model::file_name(&self.model);
         let json = json_text(&self.json);
         let mut written = vec![
@@ -200,7 +200,7 @@ impl Fitted {
             (fitted_model::REPORT.to_owned(), self.page().into_bytes()),
         ];
         written.extend(self.more.iter().cloned());
-        Files { written, ..Files::default() }
+        ResultFolder { written, ..ResultFolder::default() }
     }
 
     /// The outcome; `written` is the folder of the files. If the fit can be resumed, its journal stays.

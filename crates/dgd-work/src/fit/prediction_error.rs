@@ -13,7 +13,7 @@ use dgd_identify::{
     BoundReached, EstimateError, Evaluation, NoiseSource, OutputErrorProblem, ParameterEstimate,
     Recording, Starts, StoppingRule, Termination, evaluate,
 };
-use dgd_plot::{Figure, Meaning, Panel, Text};
+use dgd_plot::{Figure, MathText, Panel, SeriesMeaning};
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 use serde_json::{Map, Value, json};
 
@@ -255,7 +255,7 @@ impl Outcome<'_> {
                 PredictionErrorProblem { recordings: &valid.recordings, ..problem.clone() };
             draw(&held_out, &valid.starts, &request.valid)?;
         }
-        Ok(figure::beside(&subjects, panels, Text::plain("Time").with_unit("s")))
+        Ok(figure::beside(&subjects, panels, MathText::plain("Time").with_unit("s")))
     }
 
     fn rms(&self, evaluation: &Evaluation, output: usize) -> Option<f64> {
@@ -429,23 +429,25 @@ fn innovations(
     let times: Vec<f64> = rows.iter().map(|row| row.t).collect();
     let column = |of: usize| values.iter().map(|row| row[of]).collect::<Vec<f64>>();
     let title = |what: &str| {
-        Text::plain(what).then(Text::name(&output.name)).then(Text::plain(&format!(", {file}")))
+        MathText::plain(what)
+            .then(MathText::name(&output.name))
+            .then(MathText::plain(&format!(", {file}")))
     };
     let subject = Subject {
         title: title(""),
         unit: symbol.to_string(),
         lines: vec![
             Line {
-                name: Text::plain("one row ahead"),
+                name: MathText::plain("one row ahead"),
                 times: times.clone(),
                 values: column(0),
-                meaning: Meaning::Simulated,
+                meaning: SeriesMeaning::Simulated,
             },
             Line {
-                name: Text::plain("measured"),
+                name: MathText::plain("measured"),
                 times: recording.times.clone(),
                 values: measured,
-                meaning: Meaning::Measured,
+                meaning: SeriesMeaning::Measured,
             },
         ],
     };

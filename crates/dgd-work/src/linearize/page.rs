@@ -1,7 +1,7 @@
 //! The page of a linear model: its poles, the point, its matrices.
 
-use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
-use dgd_plot::Text;
+use dgd_page::{ChartLink, HeadlineTone, Markup, Page, PageCell, PageTable};
+use dgd_plot::MathText;
 use dgd_runtime::linearize::Stability;
 use serde_json::Value;
 
@@ -29,7 +29,7 @@ impl Linearised {
         let kind = Markup::text("Linear model of ").then(&Markup::code(model));
         let (headline, tone) = self.headline(&json);
         page.push_header(&kind, &Markup::prose(&headline), tone, &[poles(&json)]);
-        let chart = page.chart(&self.figure(), Link::Alone, &Markup::default());
+        let chart = page.chart(&self.figure(), ChartLink::Alone, &Markup::default());
         page.push_section("Poles", &[chart]);
         page.push_section("The point", &[point(&json)]);
         for (matrix, about, rows, columns) in MATRICES {
@@ -43,7 +43,7 @@ impl Linearised {
         page.finish(&origin(&self.provenance, command))
     }
 
-    fn headline(&self, json: &Value) -> (String, Tone) {
+    fn headline(&self, json: &Value) -> (String, HeadlineTone) {
         let poles = self.poles();
         let slowest = poles.poles.iter().filter(|pole| !pole.is_on_axis());
         let slowest = slowest.map(|pole| pole.time_constant().abs()).reduce(f64::max);
@@ -52,10 +52,10 @@ impl Linearised {
         });
         let place = if json["steady"] == true { "its steady state" } else { "a point of its run" };
         let (word, tone) = match poles.stability() {
-            Stability::Stable => ("Stable", Tone::Good),
-            Stability::Marginal => ("On the border of stability", Tone::Doubt),
-            Stability::Unstable => ("Unstable", Tone::Doubt),
-            Stability::Unknown => ("No pole was found that makes it unstable", Tone::Plain),
+            Stability::Stable => ("Stable", HeadlineTone::Good),
+            Stability::Marginal => ("On the border of stability", HeadlineTone::Doubt),
+            Stability::Unstable => ("Unstable", HeadlineTone::Doubt),
+            Stability::Unknown => ("No pole was found that makes it unstable", HeadlineTone::Plain),
         };
         (format!("{word} close to {place}{slowest}"), tone)
     }
@@ -67,13 +67,13 @@ fn list<'a>(json: &'a Value, key: &str) -> &'a [Value] {
 
 fn poles(json: &Value) -> Markup {
     let head = ["pole, 1/s", "± i, 1/s", "time constant, s", "damping", "period, s"];
-    let mut table = Table::new("Poles", &head);
+    let mut table = PageTable::new("Poles", &head);
     for pole in list(json, "poles").iter().filter(|pole| pole["im"].as_f64() >= Some(0.0)) {
         let number = |key: &str| number(pole[key].as_f64(), 5);
         let im = pole["im"].as_f64().filter(|im| *im != 0.0);
         table.rows.push(vec![
             number("re"),
-            Cell::number(&im.map_or_else(String::new, |im| short(im, 5)), im),
+            PageCell::number(&im.map_or_else(String::new, |im| short(im, 5)), im),
             number("time_constant"),
             number("damping"),
             number("period"),
@@ -87,7 +87,7 @@ fn point(json: &Value) -> Markup {
     let is_rest = json["steady"] == true;
     let head = ["name", "is", "value", "unit", "slope, unit/s"];
     let head = if is_rest { &head[..4] } else { &head[..] };
-    let mut table = Table::new("Values at the point", head);
+    let mut table = PageTable::new("Values at the point", head);
     for (key, what) in [
         ("states", "state"),
         ("inputs", "input"),
@@ -121,17 +121,17 @@ fn table(json: &Value, matrix: &str, rows: &str, columns: &str) -> Markup {
         return Markup::text(&words).paragraph();
     }
     let label = |one: &Value| {
-        let unit = Text::default().with_unit(one["unit"].as_str().unwrap_or_default());
+        let unit = MathText::default().with_unit(one["unit"].as_str().unwrap_or_default());
         Markup::code(one["name"].as_str().unwrap_or_default())
             .then(&Markup::text(" "))
             .then(&Markup::from(&unit))
     };
-    let mut table = Table::new(matrix, &[]);
+    let mut table = PageTable::new(matrix, &[]);
     table.head = std::iter::once(Markup::text("of")).chain(columns.iter().map(label)).collect();
     for (row, values) in rows.iter().zip(list(json, matrix)) {
         let values = values.as_array().map_or(&[][..], Vec::as_slice);
         let cells = values.iter().map(|value| number(value.as_f64(), 5));
-        table.rows.push(std::iter::once(Cell::text(label(row))).chain(cells).collect());
+        table.rows.push(std::iter::once(PageCell::text(label(row))).chain(cells).collect());
     }
     table.to_markup()
 }

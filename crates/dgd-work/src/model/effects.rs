@@ -17,7 +17,7 @@ use dgd_compiler::source::{SourceId, SourceMap, SourceText, Span};
 use dgd_compiler::syntax::ast::{Ast, EffectTarget, Name};
 use dgd_compiler::syntax::parse;
 use dgd_data::FileSystem;
-use dgd_data::open::{Entry, read_import};
+use dgd_data::open::{FolderEntry, read_import};
 
 use crate::error::WorkError;
 use crate::model::{Compilation, read_model};
@@ -245,6 +245,6 @@ fn effect_files(files: &dyn FileSystem, folder: &Path) -> Vec<(String, PathBuf)>
 }
 
 /// Whether an entry looks like an effect file. Reading one that is not a regular file fails with a reason.
-fn is_effect_file(entry: &Entry) -> bool {
+fn is_effect_file(entry: &FolderEntry) -> bool {
     entry.path.extension().is_some_and(|ending| ending == ENDING) && !entry.is_folder
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, ErrorReported, suggestion};
 use dgd_compiler::source::SourceMap;
-use dgd_data::{FileSystem, Reading, Sha256Digest, Table, select};
+use dgd_data::{DataTable, FileSystem, ReadOptions, Sha256Digest, select};
 
 /// One set, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,18 +32,18 @@ pub(crate) fn read(
     sources: &mut SourceMap,
     diagnostics: &mut Diagnostics,
 ) -> Result<Sets, ErrorReported> {
-    let table = Reading::default().read(files, path, sources, diagnostics)?;
-    let parameters = dae.parameters.iter().map(|parameter| select::Declared {
+    let table = ReadOptions::default().read(files, path, sources, diagnostics)?;
+    let parameters = dae.parameters.iter().map(|parameter| select::DeclaredColumn {
         name: &parameter.declared.name,
         unit: &parameter.declared.unit,
         place: Some(parameter.declared.span),
     });
-    let unknowns = dae.unknowns.iter().map(|unknown| select::Declared {
+    let unknowns = dae.unknowns.iter().map(|unknown| select::DeclaredColumn {
         name: &unknown.name,
         unit: &unknown.unit,
         place: None,
     });
-    let known: Vec<select::Declared<'_>> = parameters.chain(unknowns).collect();
+    let known: Vec<select::DeclaredColumn<'_>> = parameters.chain(unknowns).collect();
     let named = verify_names(&table, &known, diagnostics);
     let columns = select::measured(&table, &known, diagnostics);
     named?;
@@ -65,8 +65,8 @@ pub(crate) fn read(
 
 /// Reports columns that are neither a parameter nor a state.
 fn verify_names(
-    table: &Table,
-    known: &[select::Declared<'_>],
+    table: &DataTable,
+    known: &[select::DeclaredColumn<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<(), ErrorReported> {
     let mut verified = Ok(());

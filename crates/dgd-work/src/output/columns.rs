@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use dgd_data::Epoch;
-use dgd_data::write::{Written, write_table_at};
+use dgd_data::write::{OutputColumn, write_table_at};
 use dgd_runtime::{Event, Solution, Unit};
 use serde_json::{Value, json};
 
@@ -63,10 +63,10 @@ impl TimeTable {
     ///
     /// Those of `out`.
     pub fn write_csv(&self, out: &mut dyn Write) -> io::Result<()> {
-        let written: Vec<Written<'_>> = self
+        let written: Vec<OutputColumn<'_>> = self
             .columns
             .iter()
-            .map(|column| Written::new(&column.name, &column.unit, &column.values))
+            .map(|column| OutputColumn::new(&column.name, &column.unit, &column.values))
             .collect();
         write_table_at(out, &self.times, self.epoch, &written)
     }

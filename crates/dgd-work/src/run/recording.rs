@@ -6,8 +6,8 @@ use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::SourceMap;
 use dgd_compiler::units::Unit;
-use dgd_data::select::{self, Gaps};
-use dgd_data::{Epoch, Reading, Rename, Sha256Digest, Table};
+use dgd_data::select::{self, GapPolicy};
+use dgd_data::{DataTable, Epoch, ReadOptions, Rename, Sha256Digest};
 use dgd_execute::LoadedSystem;
 use dgd_identify::Recording as Experiment;
 use dgd_runtime::{InputColumn, Inputs, Options, Problem, Signature, System};
@@ -70,13 +70,13 @@ impl Recording {
     ) -> Option<Recording> {
         let known = Known::of(dae);
         let wanted = known.wanted();
-        let table = Reading::default()
+        let table = ReadOptions::default()
             .renamed(renames)
             .of(&wanted)
             .read(session.files, path, sources, diagnostics)
             .ok()?;
         let read =
-            Self::select(&table, &known, clock, Gaps::Refused, sources, diagnostics, session);
+            Self::select(&table, &known, clock, GapPolicy::Refused, sources, diagnostics, session);
         let mut recording = read?;
         let outputs = recording.measured.outputs.iter_mut().zip(known.outputs());
         for (samples, output) in outputs {
@@ -114,10 +114,10 @@ impl Recording {
 
     /// The columns of a table that the model uses; `None` after mistakes.
     pub(crate) fn select(
-        table: &Table,
+        table: &DataTable,
         known: &Known<'_>,
         clock: Clock,
-        gaps: Gaps,
+        gaps: GapPolicy,
         sources: &SourceMap,
         diagnostics: &mut Diagnostics,
         session: Session<'_>,
@@ -233,14 +233,15 @@ impl<'a> Known<'a> {
         Known { dae, elements, deviations }
     }
 
-    pub(crate) fn inputs(&self) -> Vec<select::Declared<'_>> {
+    pub(crate) fn inputs(&self) -> Vec<select::DeclaredColumn<'_>> {
         self.dae.inputs.iter().map(|input| declared(&input.declared)).collect()
     }
 
-    pub(crate) fn outputs(&self) -> Vec<select::Declared<'_>> {
+    pub(crate) fn outputs(&self) -> Vec<select::DeclaredColumn<'_>> {
         let single = self.dae.outputs.iter().map(|output| declared(&output.declared));
         let elements = self.elements.iter();
-        let elements = elements.map(|(name, whole)| select::Declared { name, ..declared(whole) });
+        let elements =
+            elements.map(|(name, whole)| select::DeclaredColumn { name, ..declared(whole) });
         single.chain(elements).collect()
     }
 
@@ -261,9 +262,9 @@ impl<'a> Known<'a> {
     }
 }
 
-fn declared(declared: &dgd_compiler::model::DeclarationHeader) -> select::Declared<'_> {
+fn declared(declared: &dgd_compiler::model::DeclarationHeader) -> select::DeclaredColumn<'_> {
     let unit: &Unit = &declared.unit;
-    select::Declared { name: &declared.name, unit, place: Some(declared.span) }
+    select::DeclaredColumn { name: &declared.name, unit, place: Some(declared.span) }
 }
 
 /// Measured outputs, SI.

@@ -4,7 +4,7 @@
 //! by a tenth, and the change due to parameters adds to the uncertainty.
 
 use dgd_runtime::{EvaluationPoint, Inputs, Parameter, Problem, System, start_from_outputs};
-use dgd_screen::{Estimate, Steady, mean};
+use dgd_screen::{Estimate, SteadyPeriod, mean};
 
 use super::Screened;
 use super::against_model::{Columns, Model};
@@ -30,11 +30,11 @@ impl Model<'_> {
         columns: &Columns,
         output: usize,
         means: impl Fn((usize, usize)) -> Option<Vec<Estimate>>,
-    ) -> Option<(Predicted, Vec<Estimate>, &'s Steady)> {
-        let mut stretches: Vec<&Steady> = one.screening.motion.steady.iter().collect();
-        let length = |s: &Steady| s.stretch.until - s.stretch.from;
+    ) -> Option<(Predicted, Vec<Estimate>, &'s SteadyPeriod)> {
+        let mut stretches: Vec<&SteadyPeriod> = one.screening.motion.steady.iter().collect();
+        let length = |s: &SteadyPeriod| s.stretch.until - s.stretch.from;
         stretches.sort_by(|a, b| length(b).total_cmp(&length(a)));
-        let mut best: Option<(Predicted, Vec<Estimate>, &Steady)> = None;
+        let mut best: Option<(Predicted, Vec<Estimate>, &SteadyPeriod)> = None;
         for steady in stretches.into_iter().take(TRIED) {
             let (Some(means), Some(predicted)) =
                 (means(steady.samples), self.predicted(columns, steady.samples, output))

@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use dgd_data::Epoch;
-use dgd_data::write::{Written, write_header, write_rows};
+use dgd_data::write::{OutputColumn, write_header, write_rows};
 use dgd_identify::filter::{FilterProblem, InnovationAlarm, TrackedEstimate, TrackedRow};
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesStyle};
 use dgd_runtime::Unit;
 use serde_json::{Value, json};
 
@@ -68,7 +68,7 @@ impl Report {
     fn with_columns<T>(
         &self,
         row: Option<&TrackedRow>,
-        write: impl FnOnce(&[Written<'_>]) -> T,
+        write: impl FnOnce(&[OutputColumn<'_>]) -> T,
     ) -> T {
         let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
         let one = Unit { symbol: "1".into(), factor: 1.0, offset: 0.0 };
@@ -92,8 +92,10 @@ impl Report {
         }
         let square = row.filter(|row| row.samples > 0).map(|row| row.normalised_square);
         cells.push(("nis".to_owned(), &one, [square.unwrap_or(f64::NAN)]));
-        let mut columns: Vec<Written<'_>> =
-            cells.iter().map(|(name, unit, values)| Written::new(name, unit, values)).collect();
+        let mut columns: Vec<OutputColumn<'_>> = cells
+            .iter()
+            .map(|(name, unit, values)| OutputColumn::new(name, unit, values))
+            .collect();
         columns[0].epoch = self.epoch;
         write(&columns)
     }
@@ -148,7 +150,7 @@ impl Report {
                 let bound =
                     |t: &TrackedEstimate, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
                 let edge = |k: f64| tracked.iter().map(|t| bound(t, k)).collect();
-                panel(of, &times, edge(0.0), edge(-2.0), edge(2.0), Style::Line)
+                panel(of, &times, edge(0.0), edge(-2.0), edge(2.0), SeriesStyle::Line)
             })
             .collect();
         for (i, of) in &self.outputs {
@@ -163,11 +165,11 @@ impl Report {
                 rows.iter().map(of_row).collect()
             };
             let (low, high) = (edge(|_, std| -2.0 * std), edge(|_, std| 2.0 * std));
-            let mut panel = panel(of, &times, edge(|value, _| value), low, high, Style::Dots);
-            panel.title = Text::plain("innovation of ").then(Text::name(&of.name));
+            let mut panel = panel(of, &times, edge(|value, _| value), low, high, SeriesStyle::Dots);
+            panel.title = MathText::plain("innovation of ").then(MathText::name(&of.name));
             panels.push(panel);
         }
-        Figure::new(Text::plain("Time").with_unit("s"), panels)
+        Figure::new(MathText::plain("Time").with_unit("s"), panels)
     }
 }
 
@@ -187,13 +189,13 @@ fn panel(
     values: Vec<f64>,
     low: Vec<f64>,
     high: Vec<f64>,
-    style: Style,
+    style: SeriesStyle,
 ) -> Panel {
-    let name = Text::default();
+    let name = MathText::default();
     Panel {
-        title: Text::name(&of.name),
-        y_label: Text::default().with_unit(&of.unit.symbol),
-        series: vec![Series::new(name.clone(), style, times.to_vec(), values)],
+        title: MathText::name(&of.name),
+        y_label: MathText::default().with_unit(&of.unit.symbol),
+        series: vec![PlotSeries::new(name.clone(), style, times.to_vec(), values)],
         envelopes: vec![Envelope { name, around: Some(0), x: times.to_vec(), low, high }],
         ..Panel::default()
     }

@@ -5,7 +5,7 @@ mod perform;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd_data::files::Files;
+use dgd_data::files::ResultFolder;
 use dgd_identify::{Monitor, Progress, Total};
 use dgd_job::work::{self, Plan, Share, Task};
 use dgd_job::{
@@ -153,7 +153,7 @@ fn report(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError>
     let fleet = fleet::collect(&job, &store, &identity)?;
     let saved = match console.out() {
         Some(_) => Saved::Folder {
-            files: Files {
+            files: ResultFolder {
                 written: fleet.files(&command_line()),
                 removed: fleet.stale(console.out()),
             },

@@ -5,7 +5,7 @@ use std::path::Path;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{SourceMap, SourceText};
 use dgd_compiler::syntax::{layout, parse};
-use dgd_data::Disk;
+use dgd_data::DiskFiles;
 use dgd_data::files::write_whole;
 use dgd_data::open::read_text;
 
@@ -76,7 +76,7 @@ fn lay_out_into(out: &Path, args: &FmtArgs, console: Console<'_>) -> Result<(), 
 
 /// The text of a model, library or effect.
 fn text_of(path: &Path) -> Result<String, CommandError> {
-    read_text(&Disk, path)
+    read_text(&DiskFiles, path)
         .map_err(|why| CommandError::Found(format!("cannot read `{}`: {why}", path.display())))
 }
 

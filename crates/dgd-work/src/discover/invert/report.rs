@@ -5,7 +5,7 @@ use std::io;
 
 use dgd_data::Epoch;
 use dgd_identify::inversion::{InvertedTerm, SignalSource};
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_plot::{Envelope, Figure, MathText, Panel, PlotSeries, SeriesStyle};
 use dgd_runtime::{Signature, Unit};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -298,50 +298,56 @@ impl Missing {
     pub fn figure(&self) -> Figure {
         let InvertedTerm { times, missing, integral, bandwidth, .. } = &self.found;
         let mut top = Panel {
-            title: Text::plain(&format!("Missing in {}", self.equation)),
-            y_label: Text::default().with_unit(&self.unit.symbol),
+            title: MathText::plain(&format!("Missing in {}", self.equation)),
+            y_label: MathText::default().with_unit(&self.unit.symbol),
             ..Panel::default()
         };
         let title = format!("measured, means over ± {} s", short(*bandwidth, 2));
-        let name = Text::plain(&title);
+        let name = MathText::plain(&title);
         add(&mut top, name, times, [&missing.value, &missing.std], self.unit.factor);
         let mut panels = vec![];
         if let Some(twin) = &self.twin {
-            let name = Text::plain("estimated by a smoother");
+            let name = MathText::plain("estimated by a smoother");
             add(&mut top, name, &twin.times, [&twin.value, &twin.std], self.unit.factor);
         }
         panels.push(top);
         if let Some(integral) = integral {
             let unit = self.sum_unit();
             let mut below = Panel {
-                title: Text::plain("Its integral"),
-                y_label: Text::default().with_unit(&unit.symbol),
+                title: MathText::plain("Its integral"),
+                y_label: MathText::default().with_unit(&unit.symbol),
                 ..Panel::default()
             };
-            let name = Text::plain("measured");
+            let name = MathText::plain("measured");
             add(&mut below, name, times, [&integral.value, &integral.std], unit.factor);
             if let (Some(twin), Some(sum)) = (&self.twin, self.twin_sum()) {
-                let name = Text::plain("estimated by a smoother");
+                let name = MathText::plain("estimated by a smoother");
                 let y = sum.iter().map(|value| value / unit.factor).collect();
-                below.series.push(Series::new(name, Style::Line, twin.times.clone(), y));
+                below.series.push(PlotSeries::new(name, SeriesStyle::Line, twin.times.clone(), y));
             }
             panels.push(below);
         }
-        Figure::new(Text::plain("Time").with_unit("s"), panels)
+        Figure::new(MathText::plain("Time").with_unit("s"), panels)
     }
 }
 
 /// Adds a line with its band of twice the standard deviation.
-fn add(panel: &mut Panel, name: Text, times: &[f64], [value, std]: [&Vec<f64>; 2], factor: f64) {
+fn add(
+    panel: &mut Panel,
+    name: MathText,
+    times: &[f64],
+    [value, std]: [&Vec<f64>; 2],
+    factor: f64,
+) {
     let edge = |k: f64| value.iter().zip(std).map(|(v, s)| (v + k * s) / factor).collect();
     panel.envelopes.push(Envelope {
-        name: Text::default(),
+        name: MathText::default(),
         around: Some(panel.series.len()),
         x: times.to_vec(),
         low: edge(-BAND),
         high: edge(BAND),
     });
-    panel.series.push(Series::new(name, Style::Line, times.to_vec(), edge(0.0)));
+    panel.series.push(PlotSeries::new(name, SeriesStyle::Line, times.to_vec(), edge(0.0)));
 }
 
 impl Serialize for Missing {

@@ -6,8 +6,8 @@ use askama::Template;
 use dgd_discover::{
     Discovery, FoundEffect, ParameterValue, RankedStructure, RecordingTrace, WindowCondition,
 };
-use dgd_page::{Link, Markup, Origin, Page};
-use dgd_plot::{Figure, Text};
+use dgd_page::{ChartLink, Markup, Page, PageOrigin};
+use dgd_plot::{Figure, MathText};
 
 use super::diff::{self, Changed};
 use super::equations::{self, Equation};
@@ -184,10 +184,10 @@ fn marked_up(rows: Vec<[String; 2]>) -> Vec<[String; 2]> {
     rows.into_iter().map(|[name, value]| [name, prose(&value)]).collect()
 }
 
-fn origin(subject: &Subject<'_>) -> Origin {
+fn origin(subject: &Subject<'_>) -> PageOrigin {
     match subject.provenance {
         Some(provenance) => output::page::origin(provenance, subject.command),
-        None => Origin { command: subject.command.to_owned(), ..Origin::default() },
+        None => PageOrigin { command: subject.command.to_owned(), ..PageOrigin::default() },
     }
 }
 
@@ -229,7 +229,7 @@ fn parameters<'a>(before: &'a [ParameterValue], after: &'a [ParameterValue]) -> 
             name: &parameter.name,
             unit: match &*parameter.unit.symbol {
                 "1" => String::new(),
-                symbol => Text::unit(symbol).to_html(),
+                symbol => MathText::unit(symbol).to_html(),
             },
             before: shown(before, &parameter.name),
             after: shown(after, &parameter.name),
@@ -315,7 +315,7 @@ fn told(trace: &RecordingTrace) -> String {
 fn charts(page: &mut Page, figures: &[Figure], recording: &str, caption: &str) -> Vec<String> {
     let chart = |(k, figure): (usize, &Figure)| {
         let caption = if k == 0 { Markup::text(caption) } else { Markup::default() };
-        page.chart(figure, Link::With(recording), &caption).to_string()
+        page.chart(figure, ChartLink::With(recording), &caption).to_string()
     };
     figures.iter().enumerate().map(chart).collect()
 }

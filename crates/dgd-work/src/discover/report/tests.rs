@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_data::Disk;
+use dgd_data::DiskFiles;
 use dgd_data::files::write_folder;
 use dgd_discover::{
     Alternative, ConditionKind, CorrelatedQuantity, Discovery, Evidence, FormulaGuess, FoundEffect,
@@ -333,7 +333,7 @@ fn written(folder: &Path, discovery: &Discovery) -> Vec<String> {
         discovery,
         model: Path::new(MODEL),
         base: &base_text(),
-        files: &Disk,
+        files: &DiskFiles,
         choices: &choices,
         training: &[PathBuf::from("monday.csv")],
         held_out: &[PathBuf::from("friday.csv")],

@@ -1,6 +1,6 @@
 //! `unexplained.csv`: the missing term of each equation that no effect explains.
 
-use dgd_data::write::{Written, write_table};
+use dgd_data::write::{OutputColumn, write_table};
 use dgd_discover::{MissingInput, UnexplainedError};
 use dgd_runtime::Unit;
 
@@ -23,8 +23,8 @@ pub(super) fn table(unexplained: &[UnexplainedError]) -> Result<Option<Vec<u8>>,
         columns.push((trace.target(), unit.clone(), at(trace, &trace.value, times)));
         columns.push((format!("{}_std", trace.target()), unit, at(trace, &trace.std, times)));
     }
-    let columns: Vec<Written<'_>> =
-        columns.iter().map(|(name, unit, values)| Written::new(name, unit, values)).collect();
+    let columns: Vec<OutputColumn<'_>> =
+        columns.iter().map(|(name, unit, values)| OutputColumn::new(name, unit, values)).collect();
     let mut text = Vec::new();
     write_table(&mut text, Some(&first.trace.times), &columns)
         .map_err(|error| WorkError::Found(error.to_string()))?;

@@ -15,7 +15,7 @@ mod score;
 mod summary;
 
 use dgd_compiler::pipeline::SensitivityDirections;
-use dgd_data::files::Files;
+use dgd_data::files::ResultFolder;
 use dgd_plot::Figure;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -215,10 +215,10 @@ impl Comparison {
     }
 
     /// The files of a folder of results: [`FILES`].
-    pub fn files(&self) -> Files {
+    pub fn files(&self) -> ResultFolder {
         let json = json_text(&self.to_json());
         let contents = [self.page().into_bytes(), json.into_bytes()];
-        let mut files = Files::default();
+        let mut files = ResultFolder::default();
         files.written.extend(FILES.map(str::to_owned).into_iter().zip(contents));
         files
     }

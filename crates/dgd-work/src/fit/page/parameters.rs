@@ -1,6 +1,6 @@
 //! Tables of the estimates: values, doubts, correlations, sources of information.
 
-use dgd_page::{Markup, Table, heat_map};
+use dgd_page::{Markup, PageTable, heat_map};
 use serde_json::Value;
 
 use super::remark;
@@ -87,7 +87,7 @@ const DIGITS: i32 = 6;
 
 const HEAD: [&str; 5] = ["estimate", "value ± std", "unit", "± std, %", "remark"];
 
-fn push_rows(table: &mut Table, values: &Value) {
+fn push_rows(table: &mut PageTable, values: &Value) {
     for (called, entry) in entries(values) {
         let (value, std) = (entry["value"].as_f64(), entry["std"].as_f64());
         let shown = match (value, std) {
@@ -97,7 +97,7 @@ fn push_rows(table: &mut Table, values: &Value) {
         };
         table.rows.push(vec![
             name(called),
-            dgd_page::Cell::number(&shown, value),
+            dgd_page::PageCell::number(&shown, value),
             unit(entry["unit"].as_str().unwrap_or_default()),
             number(relative(entry).map(|relative| 100.0 * relative), 2),
             remark(&doubt(entry).unwrap_or_default()),
@@ -107,7 +107,7 @@ fn push_rows(table: &mut Table, values: &Value) {
 
 /// The estimated parameters.
 pub(super) fn table(json: &Value) -> Markup {
-    let mut table = Table::new("Estimated parameters", &HEAD);
+    let mut table = PageTable::new("Estimated parameters", &HEAD);
     push_rows(&mut table, &json["parameters"]);
     table.to_markup()
 }
@@ -117,7 +117,7 @@ pub(super) fn starts(json: &Value) -> Markup {
     let mut tables = Markup::default();
     for of in json["starts"].as_array().into_iter().flatten() {
         let data = of["data"].as_str().unwrap_or_default();
-        let mut table = Table::new(&format!("Start values of {data}"), &HEAD);
+        let mut table = PageTable::new(&format!("Start values of {data}"), &HEAD);
         push_rows(&mut table, &of["values"]);
         if !table.rows.is_empty() {
             let heading = format!("<h3>Start values of {}</h3>\n", Markup::code(data));
@@ -141,7 +141,7 @@ pub(super) fn correlation(json: &Value) -> Markup {
 /// The information on each estimate from steady operation and from transients, and where most of it comes from.
 pub(super) fn information(json: &Value) -> Markup {
     let head = ["estimate", "at rest, %", "transients, %", "most at, s", "in", "of"];
-    let mut table = Table::new("Which data determines the parameters", &head);
+    let mut table = PageTable::new("Which data determines the parameters", &head);
     for (called, entry) in entries(&json["information"]) {
         let part = |key: &str| number(entry[key].as_f64().map(|part| 100.0 * part), 3);
         let best = &entry["best"];
@@ -172,7 +172,7 @@ pub(super) fn operating_points(json: &Value) -> Markup {
             })
             .collect()
     };
-    let mut table = Table::new("Operating points", &[]);
+    let mut table = PageTable::new("Operating points", &[]);
     table.head = vec![Markup::text("point"), Markup::text("samples, %")];
     table.head.extend(
         quantities(first)

@@ -7,7 +7,9 @@ use dgd_identify::{
 };
 use dgd_runtime::model::Model;
 use dgd_runtime::{LimitSide, Signature, Unit};
-use dgd_screen::{Channel, Motion, OperatingPoint, Record, motion, operating_points, slope_window};
+use dgd_screen::{
+    Channel, Motion, OperatingPoint, ScreenedRecord, motion, operating_points, slope_window,
+};
 use serde_json::{Map, Value, json};
 
 use crate::fit::report::intervals::Estimated;
@@ -321,5 +323,5 @@ fn motion_of(
         values.iter().map(|values| channel(values.as_slice())).collect();
     let window = slope_window(&recording.times).unwrap_or(1.0);
     let noise = vec![None; channels.len()];
-    motion(&Record { times: &recording.times, channels }, &noise, window, &[])
+    motion(&ScreenedRecord { times: &recording.times, channels }, &noise, window, &[])
 }

@@ -7,7 +7,7 @@ use dgd_identify::{
     Bootstrap, CombinationTerm, EstimateError, Fit, OutputErrorProblem, ParameterEstimate, Profile,
     ProfileEnd, THRESHOLD, bootstrap, profiles,
 };
-use dgd_plot::{Figure, Panel, Series, Style, Text};
+use dgd_plot::{Figure, MathText, Panel, PlotSeries, SeriesStyle};
 use dgd_runtime::{Direction, Signature, Unit};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
@@ -360,16 +360,16 @@ fn figure(profile: &Profile, name: &str, outcome: &dyn Estimated) -> Figure {
     let x: Vec<f64> = profile.values.iter().map(|value| unit.from_si(*value)).collect();
     let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
     let line = |name: &str, style, x: &[f64], y: Vec<f64>| {
-        Series::new(Text::plain(name), style, x.to_vec(), y)
+        PlotSeries::new(MathText::plain(name), style, x.to_vec(), y)
     };
     let panel = Panel {
-        title: Text::plain("Profile likelihood"),
-        y_label: Text::plain("Rise of the deviance"),
+        title: MathText::plain("Profile likelihood"),
+        y_label: MathText::plain("Rise of the deviance"),
         series: vec![
-            line("least", Style::Line, &x, profile.deviance.clone()),
-            line("95 %", Style::ThinLine, &ends, vec![THRESHOLD; 2]),
+            line("least", SeriesStyle::Line, &x, profile.deviance.clone()),
+            line("95 %", SeriesStyle::ThinLine, &ends, vec![THRESHOLD; 2]),
         ],
         ..Panel::default()
     };
-    Figure::new(Text::name(name).with_unit(&unit.symbol), vec![panel])
+    Figure::new(MathText::name(name).with_unit(&unit.symbol), vec![panel])
 }

@@ -8,7 +8,7 @@ use dgd_identify::regression::{
     ParameterPath, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut,
 };
 use dgd_identify::{BoundReached, ParameterEstimate};
-use dgd_plot::{Figure, Meaning, Text};
+use dgd_plot::{Figure, MathText, SeriesMeaning};
 use dgd_runtime::Signature;
 use serde_json::{Map, Value, json};
 
@@ -223,7 +223,7 @@ impl RegressionOutcome<'_> {
             let in_unit =
                 |values: &[f64]| values.iter().map(|value| (value - offset) / factor).collect();
             let line = |name: &str, values: &[f64], meaning| Line {
-                name: Text::plain(name),
+                name: MathText::plain(name),
                 times: trace.times.clone(),
                 values: in_unit(values),
                 meaning,
@@ -232,8 +232,9 @@ impl RegressionOutcome<'_> {
                 [_] => String::new(),
                 names => format!(", {}", names[trace.recording]),
             };
-            let title =
-                |what: &str| Text::plain(what).then(Text::name(&row.name)).then(Text::plain(&file));
+            let title = |what: &str| {
+                MathText::plain(what).then(MathText::name(&row.name)).then(MathText::plain(&file))
+            };
             let read = match row.of {
                 RowOf::Output(_) => "measured",
                 RowOf::Equation(_) => "from readings",
@@ -252,12 +253,13 @@ impl RegressionOutcome<'_> {
                 title: title(""),
                 unit,
                 lines: vec![
-                    line("fitted", &trace.predicted, Meaning::Simulated),
-                    line(read, &trace.target, Meaning::Measured),
+                    line("fitted", &trace.predicted, SeriesMeaning::Simulated),
+                    line(read, &trace.target, SeriesMeaning::Measured),
                 ],
             });
         }
-        let x_label = if by_row { Text::plain("Row") } else { Text::plain("Time").with_unit("s") };
+        let x_label =
+            if by_row { MathText::plain("Row") } else { MathText::plain("Time").with_unit("s") };
         beside(&subjects, differences, x_label)
     }
 
