@@ -43,7 +43,7 @@ pub(crate) fn compiled(
         return Ok((compiled, sources));
     }
     let sorted = diagnostics.sorted();
-    let code = sorted.first().map_or_else(String::new, |first| format!("{:?}", first.code));
+    let code = sorted.first().map_or_else(String::new, |first| first.code.to_string());
     let text = render::render(&sorted, &sources, render::RenderStyle::Plain);
     Err(Finding::new("accepted", code, text))
 }

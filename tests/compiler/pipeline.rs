@@ -278,16 +278,16 @@ fn examples(info: &CodeInfo) -> (String, String) {
 /// by files of theirs.
 fn has_whole_examples(code: Code) -> bool {
     let others = [
-        Code::E207,
-        Code::E211,
-        Code::E212,
-        Code::E213,
-        Code::E214,
-        Code::E217,
-        Code::E409,
-        Code::E411,
+        Code::UnknownVariant,
+        Code::ModelTooLarge,
+        Code::EffectMismatch,
+        Code::IncompleteEffect,
+        Code::ConflictingEffects,
+        Code::UnreadParameter,
+        Code::TooManyModes,
+        Code::DependentEquations,
     ];
-    (Code::E201..Code::E601).contains(&code) && !others.contains(&code)
+    (Code::UnknownName..Code::UnreadableFile).contains(&code) && !others.contains(&code)
 }
 
 #[test]

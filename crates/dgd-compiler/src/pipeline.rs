@@ -84,8 +84,14 @@ pub fn further_mistakes(
 
 /// Whether an error may only be due to an item that could not be read.
 fn follows_from(mistake: &Diagnostic, hole: &UnreadableItem) -> bool {
-    let is_about_names =
-        matches!(mistake.code, Code::E201 | Code::E203 | Code::E205 | Code::E209 | Code::E220);
+    let is_about_names = matches!(
+        mistake.code,
+        Code::UnknownName
+            | Code::UnknownFunction
+            | Code::MisusedName
+            | Code::NoDerivative
+            | Code::UnboundInput
+    );
     let names_it = |name: &String| {
         let quoted = [format!("`{name}`"), format!("`{name}.")];
         quoted.iter().any(|quoted| mistake.message.contains(quoted))

@@ -204,7 +204,11 @@ fn read_text(
             Err(error) => {
                 let message = format!("`{name}` breaks off after {} rows: {error}", rows.len());
                 let place = rows.header();
-                return Err(diagnostics.error(Diagnostic::new(Code::E601, place, message)));
+                return Err(diagnostics.error(Diagnostic::new(
+                    Code::UnreadableFile,
+                    place,
+                    message,
+                )));
             }
         }
     }
@@ -293,5 +297,5 @@ pub(crate) fn unreadable(name: &str, text: &str, sources: &mut SourceMap, why: &
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let source = sources.add(SourceText { name: name.to_owned(), text: text.to_owned() });
     let span = Span { source, start: end, end };
-    Diagnostic::new(Code::E601, span, format!("cannot read `{name}`: {why}"))
+    Diagnostic::new(Code::UnreadableFile, span, format!("cannot read `{name}`: {why}"))
 }

@@ -81,7 +81,7 @@ pub fn inputs_with(
             let place = if nowhere { "in any row" } else { "here" };
             let message = format!("the input `{}` has no value {place}", input.name);
             let diagnostic = missing
-                .diagnostic(Code::E608, message)
+                .diagnostic(Code::MissingInputValue, message)
                 .help("an input is needed at every time: fill the gap, or cut the recording");
             reported = Err(diagnostics.error(diagnostic));
         }
@@ -101,7 +101,7 @@ fn differing_replicate(table: &DataTable, name: &str, values: &[f64]) -> Option<
         "three rows or more have the time `{}` and differ in the input `{name}`",
         replicate.time.text
     );
-    Some(replicate.time.diagnostic(Code::E606, message).help(
+    Some(replicate.time.diagnostic(Code::DifferingReplicates, message).help(
         "two rows with one time are the left and right values of a jump; more of them are replicates, \
          which agree in all inputs",
     ))
@@ -194,7 +194,7 @@ pub fn unknown_note(table: &DataTable, known: &[&str]) -> Option<Diagnostic> {
             )
         }
     };
-    let mut note = Diagnostic::new(Code::E611, first.place, message);
+    let mut note = Diagnostic::new(Code::UnknownColumn, first.place, message);
     for column in &others[..named - 1] {
         note = note.label(column.place, "");
     }
@@ -220,7 +220,7 @@ fn shortened(name: &str) -> Cow<'_, str> {
 
 fn no_column(table: &DataTable, input: &DeclaredColumn<'_>, known: &[&str]) -> Diagnostic {
     let message = format!("there is no column for the input `{}`", input.name);
-    let mut diagnostic = Diagnostic::new(Code::E603, table.header, message);
+    let mut diagnostic = Diagnostic::new(Code::NoInputColumn, table.header, message);
     if let Some(place) = input.place {
         diagnostic = diagnostic.label(place, "declared here");
     }
@@ -259,7 +259,8 @@ fn verify<'c>(
                 "the column `{}` is in `{}`, which does not convert to `{}`",
                 column.name, unit.symbol, declared.unit.symbol
             );
-            let mut diagnostic = Diagnostic::new(Code::E604, column.place, message);
+            let mut diagnostic =
+                Diagnostic::new(Code::IncompatibleColumnUnit, column.place, message);
             if let Some(place) = declared.place {
                 let text = format!("declared in `{}`", declared.unit.symbol);
                 diagnostic = diagnostic.label(place, text);
@@ -270,12 +271,13 @@ fn verify<'c>(
         None if declared.unit.dimension == Dimension::ONE && declared.unit.factor == 1.0 => None,
         None => {
             let message = format!("the column `{}` has no unit", column.name);
-            return Err(Diagnostic::new(Code::E609, column.place, message)
+            return Err(Diagnostic::new(Code::MalformedHeader, column.place, message)
                 .help(format!("write `{} [{}]`", column.name, declared.unit.symbol)));
         }
     };
     if let Some(cells) = &column.not_numbers {
-        let diagnostic = cells.diagnostic(Code::E607, format!("`{}` is not a number", cells.text));
+        let diagnostic =
+            cells.diagnostic(Code::NotANumber, format!("`{}` is not a number", cells.text));
         let decimal_comma = cells.text.contains(',');
         return Err(
             diagnostic.maybe_help(decimal_comma.then(|| "write decimals with a point".to_owned()))

@@ -141,7 +141,7 @@ impl DataTable {
         self.time.as_deref().ok_or_else(|| {
             let span = self.columns.first().map_or(self.header, |column| column.place);
             diagnostics.error(
-                Diagnostic::new(Code::E602, span, "the file has no time column")
+                Diagnostic::new(Code::NoTimeColumn, span, "the file has no time column")
                     .here("the first column")
                     .help("its first column should be `time [s]`, or `time` with ISO 8601 stamps"),
             )

@@ -274,7 +274,7 @@ fn columns_nobody_asks_for_are_only_named() {
     let names: Vec<_> = unknown(&table, &known).iter().map(|column| &column.name).collect();
     assert_eq!(names, ["comment", "P_r", "depth"]);
     let note = unknown_note(&table, &known).expect("there are some");
-    assert_eq!(note.code, Code::E611);
+    assert_eq!(note.code, Code::UnknownColumn);
     assert_eq!(
         note.message,
         "the model does not know the columns `comment`, `P_r`, `depth`, which are not used"

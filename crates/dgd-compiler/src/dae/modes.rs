@@ -33,7 +33,7 @@ impl ModeCombinations {
         let span = equations.last().unwrap_or_default();
         let message = format!("more than {MOST_COMBINATIONS} combinations of modes");
         diagnostics.error(
-            Diagnostic::new(Code::E409, span, message)
+            Diagnostic::new(Code::TooManyModes, span, message)
                 .here("the last block")
                 .help("put modes that change together into one `modes` block"),
         )

@@ -70,7 +70,7 @@ impl DerivativeReader<'_> {
             let message =
                 format!("{} reads der({}), which no equation gives", what(), unknown.name);
             self.diagnostics.error(
-                Diagnostic::new(Code::E406, span, message)
+                Diagnostic::new(Code::UndeterminedDerivative, span, message)
                     .label(unknown.span, format!("algebraic in this {scope}")),
             );
         }

@@ -46,7 +46,7 @@ pub(super) fn verify(
         }
         return Ok(dae);
     };
-    let mut diagnostic = Diagnostic::new(Code::E508, span, message)
+    let mut diagnostic = Diagnostic::new(Code::StartNotSteady, span, message)
         .help("leave out `start steady`, or let an input say what changes with time");
     if let Some(place) = place {
         diagnostic = diagnostic.label(place, "this equation");

@@ -32,7 +32,7 @@ pub(super) fn verify(
         let message =
             "`start steady` determines all start values, and leaves none to a start equation";
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E509, equation.span, message)
+            Diagnostic::new(Code::UndeterminedStart, equation.span, message)
                 .label(span, "all of the model is at rest"),
         ));
     }
@@ -50,7 +50,7 @@ pub(super) fn verify(
                 dae.unknown_name(i)
             );
             diagnostics.error(
-                Diagnostic::new(Code::E509, declared_at(model, n_single, i), message)
+                Diagnostic::new(Code::UndeterminedStart, declared_at(model, n_single, i), message)
                     .help("take out a start equation, or put it into the choice of the variant where it holds"),
             );
         }
@@ -79,7 +79,7 @@ pub(super) fn reads_late(equation: &Equation) -> Diagnostic {
         "start equation `{}` depends on what an unknown was before the start",
         equation.label
     );
-    Diagnostic::new(Code::E509, equation.span, message)
+    Diagnostic::new(Code::UndeterminedStart, equation.span, message)
         .help("give the start value in the declaration of the state instead")
 }
 
@@ -125,7 +125,7 @@ fn miscounted(model: &Model, n_single: usize, determined: &BTreeSet<usize>) -> D
     let span = equations.first().map(|equation| equation.span).or(first).unwrap_or_default();
     let verb = if equations.len() == 1 { "is" } else { "are" };
     let message = format!("there {verb} {of_equations} for the start values of {of_states}");
-    let mut diagnostic = Diagnostic::new(Code::E509, span, message).help(
+    let mut diagnostic = Diagnostic::new(Code::UndeterminedStart, span, message).help(
         "mark each state whose start value follows from a start equation with `guess`, as in `state h [m] = 2  guess`",
     );
     for place in places {

@@ -193,7 +193,7 @@ impl SplicedModel {
             return Some(one.clone());
         }
         let message = format!("output `{}` is not declared once", output.text);
-        diagnostics.error(Diagnostic::new(Code::E212, output.span, message));
+        diagnostics.error(Diagnostic::new(Code::EffectMismatch, output.span, message));
         None
     }
 
@@ -262,7 +262,7 @@ impl SplicedModel {
                 Some(label) => format!("equation `{}` does not use `{}`", label.text, name.text),
             };
             let span = equation.map_or(name.span, |label| label.span);
-            let diagnostic = Diagnostic::new(Code::E212, span, message);
+            let diagnostic = Diagnostic::new(Code::EffectMismatch, span, message);
             let declared = equation.and_then(|l| self.declared.get(Namespace::Equation, &l.text));
             diagnostics.error(match declared {
                 Some(declared) => diagnostic.label(declared.span, "the equation"),
@@ -404,7 +404,7 @@ impl SplicedModel {
 
 fn unknown<'a>(name: &Name, message: String, known: impl Iterator<Item = &'a str>) -> Diagnostic {
     let near = suggestion(&name.text, known).map(|near| format!("did you mean `{near}`?"));
-    Diagnostic::new(Code::E201, name.span, message).maybe_help(near)
+    Diagnostic::new(Code::UnknownName, name.span, message).maybe_help(near)
 }
 
 /// The value of an output: by default the unknown of its name.

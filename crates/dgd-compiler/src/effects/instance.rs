@@ -254,8 +254,9 @@ impl EffectNaming<'_, '_> {
             effect.full_name(),
             first.text
         );
-        self.diagnostics
-            .error(Diagnostic::new(Code::E202, name.span, message).label(earlier, "first here"));
+        self.diagnostics.error(
+            Diagnostic::new(Code::DuplicateName, name.span, message).label(earlier, "first here"),
+        );
         first.text
     }
 }
@@ -286,7 +287,7 @@ fn bound<'a>(
 ) -> Result<Vec<(&'a TemplateSlot, &'a Name)>, ErrorReported> {
     let effect = application.effect;
     let full_name = effect.full_name();
-    let misfit = |span: Span, message: String| Diagnostic::new(Code::E212, span, message);
+    let misfit = |span: Span, message: String| Diagnostic::new(Code::EffectMismatch, span, message);
     let slots = match &effect.target {
         EffectTarget::Model(target) => {
             let header = model.model.as_ref();
@@ -374,7 +375,7 @@ fn verify_dimension(
             argument.text, slot.name.text, wanted.symbol
         );
         own.error(
-            Diagnostic::new(Code::E212, argument.span, message)
+            Diagnostic::new(Code::EffectMismatch, argument.span, message)
                 .label(slot.name.span, "asked for here"),
         );
     }

@@ -212,7 +212,7 @@ impl<'a> ExpressionExpansion<'a> {
                 "`{name}`, through which the equation uses `{replaced}`, is defined more than once"
             );
             diagnostics.error(
-                Diagnostic::new(Code::E212, self.splice.clause, message)
+                Diagnostic::new(Code::EffectMismatch, self.splice.clause, message)
                     .label(expr.span, "used here")
                     .help(format!("to replace `{replaced}` everywhere, leave out `in`")),
             );

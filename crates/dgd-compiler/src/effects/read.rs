@@ -22,8 +22,12 @@ impl Effect {
         let Some(header) = &ast.effect else {
             let start = Span { source: ast.source, start: 0, end: 0 };
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E113, start, "this file does not say which effect it is")
-                    .help("begin it with `effect NAME on MODEL` or `effect NAME(y: output)`"),
+                Diagnostic::new(
+                    Code::NoModelLine,
+                    start,
+                    "this file does not say which effect it is",
+                )
+                .help("begin it with `effect NAME on MODEL` or `effect NAME(y: output)`"),
             ));
         };
         let mut problems = Diagnostics::default();
@@ -86,7 +90,7 @@ impl Effect {
 }
 
 fn incomplete(span: Span, message: impl Into<String>) -> Diagnostic {
-    Diagnostic::new(Code::E213, span, message)
+    Diagnostic::new(Code::IncompleteEffect, span, message)
 }
 
 /// Reports a clause that is repeated although it is allowed only once.
@@ -158,7 +162,7 @@ fn verify_nulls(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostics)
                         .to_owned()
                 }
             };
-            diagnostics.error(Diagnostic::new(Code::E201, name.span, message).help(help));
+            diagnostics.error(Diagnostic::new(Code::UnknownName, name.span, message).help(help));
         }
     }
 }
@@ -168,14 +172,18 @@ fn verify_items(ast: &Ast, diagnostics: &mut Diagnostics) {
     visit::items(&ast.items, &mut |item| {
         if let ItemKind::Import { path_span, .. } = &item.kind {
             diagnostics.error(
-                Diagnostic::new(Code::E208, *path_span, "an effect does not import anything")
-                    .help("it can use what the model imports"),
+                Diagnostic::new(
+                    Code::UnusableImport,
+                    *path_span,
+                    "an effect does not import anything",
+                )
+                .help("it can use what the model imports"),
             );
         }
         if matches!(item.kind, ItemKind::Part { .. } | ItemKind::Binding { .. }) {
             let message = "an effect has no parts";
             diagnostics.error(
-                Diagnostic::new(Code::E208, item.span, message)
+                Diagnostic::new(Code::UnusableImport, item.span, message)
                     .help("write what the part would do into the effect"),
             );
         }
@@ -190,7 +198,8 @@ fn verify_slots(ast: &Ast, slots: &[TemplateSlot], diagnostics: &mut Diagnostics
         if let Some(first) = spans.insert(&slot.name.text, slot.name.span) {
             let message = format!("two arguments are called `{}`", slot.name.text);
             diagnostics.error(
-                Diagnostic::new(Code::E202, slot.name.span, message).label(first, "first here"),
+                Diagnostic::new(Code::DuplicateName, slot.name.span, message)
+                    .label(first, "first here"),
             );
         }
         if let Some(unit) = &slot.unit
@@ -206,7 +215,7 @@ fn verify_slots(ast: &Ast, slots: &[TemplateSlot], diagnostics: &mut Diagnostics
             {
                 let message = format!("`{}` is an argument of the effect", name.text);
                 diagnostics.error(
-                    Diagnostic::new(Code::E202, name.span, message)
+                    Diagnostic::new(Code::DuplicateName, name.span, message)
                         .label(*argument, "declared here"),
                 );
             }
@@ -218,7 +227,7 @@ fn verify_slots(ast: &Ast, slots: &[TemplateSlot], diagnostics: &mut Diagnostics
             if !has_unit(name) {
                 let message = format!("`{name}` is no argument of this effect");
                 diagnostics.error(
-                    Diagnostic::new(Code::E305, unit.span, message)
+                    Diagnostic::new(Code::UnknownUnit, unit.span, message)
                         .help("`unit(y)` is the unit of an argument, as in `y: output`"),
                 );
             }

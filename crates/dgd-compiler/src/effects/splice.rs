@@ -124,7 +124,7 @@ impl Splice<'_> {
                 let message =
                     format!("two plant effects replace `{}` at one place", self.name.text);
                 diagnostics.error(
-                    Diagnostic::new(Code::E214, self.clause, message)
+                    Diagnostic::new(Code::ConflictingEffects, self.clause, message)
                         .label(clause, "the other one"),
                 );
                 return 1;
@@ -188,7 +188,7 @@ impl Splice<'_> {
                 if n_named == 1 { "is" } else { "are" },
             );
             diagnostics.error(
-                Diagnostic::new(Code::E204, self.name.span, message)
+                Diagnostic::new(Code::ArgumentCount, self.name.span, message)
                     .help(format!("write `replace {call} by …`")),
             );
         }
@@ -251,8 +251,12 @@ pub(super) fn mentions(expr: &Expr, is_one: &dyn Fn(&str) -> bool) -> bool {
 
 /// The error for a model that grows beyond its limit.
 pub(super) fn too_large(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::E211, span, "the model becomes too large when this is put into it")
-        .help("name parts of the expressions with `let`, or replace the name everywhere")
+    Diagnostic::new(
+        Code::ModelTooLarge,
+        span,
+        "the model becomes too large when this is put into it",
+    )
+    .help("name parts of the expressions with `let`, or replace the name everywhere")
 }
 
 /// Whether this is `der(x)`: a derivative is not its state, and stays.

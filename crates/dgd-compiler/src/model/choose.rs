@@ -26,7 +26,7 @@ pub(super) fn choose<'a>(
         };
         if variants.iter().any(|v| v.name == name.text) {
             diagnostics.error(Diagnostic::new(
-                Code::E202,
+                Code::DuplicateName,
                 name.span,
                 format!("two variants are called `{}`", name.text),
             ));
@@ -37,7 +37,7 @@ pub(super) fn choose<'a>(
             if let Some(first) = choices[..i].iter().find(|first| first.name.text == name.text) {
                 let message = format!("two choices are called `{}`", name.text);
                 diagnostics.error(
-                    Diagnostic::new(Code::E202, name.span, message)
+                    Diagnostic::new(Code::DuplicateName, name.span, message)
                         .label(first.name.span, "first here"),
                 );
             }
@@ -114,7 +114,7 @@ pub(super) fn unknown_choice<'a>(
     known: impl Iterator<Item = &'a str>,
 ) -> Diagnostic {
     let known: Vec<&str> = known.collect();
-    let diagnostic = Diagnostic::new(Code::E207, at.span, message);
+    let diagnostic = Diagnostic::new(Code::UnknownVariant, at.span, message);
     if known.is_empty() {
         return diagnostic.help("this model has no variants");
     }
@@ -143,15 +143,15 @@ pub(super) fn check_settings<'a>(
             }
             Some(NameDefinition::Array { .. }) if element.is_some() => {
                 let message = format!("`{}` is an element of an array of unknowns", name.text);
-                diagnostics.error(Diagnostic::new(Code::E205, name.span, message).help(format!(
-                    "set them all: `{array}=…`, or `{array}=(…, …)` with a value for each"
-                )));
+                diagnostics.error(Diagnostic::new(Code::MisusedName, name.span, message).help(
+                    format!("set them all: `{array}=…`, or `{array}=(…, …)` with a value for each"),
+                ));
             }
             Some(definition)
                 if element.is_some() && !matches!(definition, NameDefinition::Vector(_)) =>
             {
                 let message = format!("`{array}` is {}, not an array", definition.noun());
-                diagnostics.error(Diagnostic::new(Code::E232, name.span, message));
+                diagnostics.error(Diagnostic::new(Code::ArrayAsNumber, name.span, message));
             }
             Some(
                 NameDefinition::Constant(_)
@@ -170,7 +170,7 @@ pub(super) fn check_settings<'a>(
             }
             None => {
                 let mut diagnostic = Diagnostic::new(
-                    Code::E201,
+                    Code::UnknownName,
                     name.span,
                     format!("nothing is called `{}`", name.text),
                 );
@@ -186,6 +186,6 @@ pub(super) fn check_settings<'a>(
 
 fn cannot_be_set(name: &Name, noun: &str) -> Diagnostic {
     let message = format!("`{}` is {noun}, which cannot be set", name.text);
-    Diagnostic::new(Code::E205, name.span, message)
+    Diagnostic::new(Code::MisusedName, name.span, message)
         .help("set a constant, a parameter or the start value of a state")
 }

@@ -379,7 +379,7 @@ impl<'a> ModelScope<'a> {
                 let message = format!("`{first}` and `{name}` are one name in generated code");
                 let meant = if first.contains('.') { first } else { name };
                 diagnostics.error(
-                    Diagnostic::new(Code::E202, *span, message)
+                    Diagnostic::new(Code::DuplicateName, *span, message)
                         .label(place, "the other one")
                         .help(format!(
                             "rename one of them, as `_` stands for the point there; or is `{meant}` meant?"
@@ -397,7 +397,7 @@ impl<'a> ModelScope<'a> {
             Some(ScopeEntry { definition: NameDefinition::Time | NameDefinition::Pi, .. }) => {
                 diagnostics.error(
                     Diagnostic::new(
-                        Code::E202,
+                        Code::DuplicateName,
                         name.span,
                         format!("`{}` has a meaning in every model", name.text),
                     )
@@ -407,7 +407,7 @@ impl<'a> ModelScope<'a> {
             Some(earlier) => {
                 diagnostics.error(
                     Diagnostic::new(
-                        Code::E202,
+                        Code::DuplicateName,
                         name.span,
                         format!("`{}` is declared twice", name.text),
                     )
@@ -429,7 +429,7 @@ fn check_function(
     if name.text == "der" || IntrinsicId::find(&name.text).is_some_and(is_taken) {
         diagnostics.error(
             Diagnostic::new(
-                Code::E202,
+                Code::DuplicateName,
                 name.span,
                 format!("`{}` is a function of the language", name.text),
             )
@@ -448,7 +448,7 @@ fn check_function(
         if let Some((later, place)) = early {
             let message = format!("`{}` is read before its own line", later.name.text);
             diagnostics.error(
-                Diagnostic::new(Code::E206, place, message)
+                Diagnostic::new(Code::CircularDefinition, place, message)
                     .label(later.name.span, "declared here")
                     .help("a `let` of a function reads those above it"),
             );
@@ -495,7 +495,7 @@ fn unique<'a>(
         Some(first) => {
             diagnostics.error(
                 Diagnostic::new(
-                    Code::E202,
+                    Code::DuplicateName,
                     name.span,
                     format!("two {what}s are called `{}`", name.text),
                 )
@@ -627,7 +627,7 @@ fn report_cycle(
         chain.join(" → ")
     };
     let mut diagnostic = Diagnostic::new(
-        Code::E206,
+        Code::CircularDefinition,
         first.span,
         format!("`{}` depends on itself: {shown}", first.text),
     )

@@ -19,8 +19,12 @@ impl<'a> ExprLowering<'a> {
         let [x_expr, tau_expr] = list else {
             let n = list.len();
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E204, span, format!("`delay` takes 2 arguments, not {n}"))
-                    .help("write what is late and by how much: `delay(x, 3 [s])`"),
+                Diagnostic::new(
+                    Code::ArgumentCount,
+                    span,
+                    format!("`delay` takes 2 arguments, not {n}"),
+                )
+                .help("write what is late and by how much: `delay(x, 3 [s])`"),
             ));
         };
         let x = self.lower(x_expr, arguments, diagnostics);
@@ -31,7 +35,7 @@ impl<'a> ExprLowering<'a> {
             let message =
                 format!("a delay is a time, but this is {}", self.scope.spelling.being(dimension));
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E302, tau_expr.span, message)
+                Diagnostic::new(Code::UnitsOfSides, tau_expr.span, message)
                     .here(self.scope.spelling.this_is(dimension))
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
@@ -50,9 +54,8 @@ impl<'a> ExprLowering<'a> {
         let counts = self.graph.symbols(tau.id).contains(&Symbol::Counter);
         self.strided |= is_of_rows(x.id) || is_of_rows(tau.id) || counts;
         if let Some((what, help)) = self.cannot_be_followed(x.id, tau.id) {
-            return Err(
-                diagnostics.error(Diagnostic::new(Code::E215, tau_expr.span, what).help(help))
-            );
+            return Err(diagnostics
+                .error(Diagnostic::new(Code::InvalidDelay, tau_expr.span, what).help(help)));
         }
         Ok(TypedExpr { id: self.graph.intern(Node::Delay(x.id, tau.id)), dim: x.dim })
     }

@@ -130,7 +130,7 @@ impl<'a> ExprLowering<'a> {
         self.written += 1;
         let result = if self.depth > DEEPEST {
             Err(diagnostics.error(
-                Diagnostic::new(Code::E211, expr.span, "expressions nest too deep here")
+                Diagnostic::new(Code::ModelTooLarge, expr.span, "expressions nest too deep here")
                     .help("give inner parts a `let` of their own"),
             ))
         } else {
@@ -152,13 +152,13 @@ impl<'a> ExprLowering<'a> {
         if self.written <= MOST_WRITTEN {
             return Ok(());
         }
-        if let Some(said) = diagnostics.said(Code::E211, place) {
+        if let Some(said) = diagnostics.said(Code::ModelTooLarge, place) {
             return Err(said);
         }
         let message = format!(
             "the sums and loops of this model write out more than {MOST_WRITTEN} operations"
         );
-        Err(diagnostics.error(Diagnostic::new(Code::E211, place, message).help(
+        Err(diagnostics.error(Diagnostic::new(Code::ModelTooLarge, place, message).help(
             "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array of `unknown`s",
         )))
     }
@@ -183,8 +183,12 @@ impl<'a> ExprLowering<'a> {
             }
             ExprKind::Reduce(reduction) => self.reduction(reduction, span, arguments, diagnostics),
             ExprKind::List(_) => Err(diagnostics.error(
-                Diagnostic::new(Code::E233, span, "a list of values stands only for an array")
-                    .help("write one value here"),
+                Diagnostic::new(
+                    Code::ValueCount,
+                    span,
+                    "a list of values stands only for an array",
+                )
+                .help("write one value here"),
             )),
             ExprKind::Group(inner) => self.lower(inner, arguments, diagnostics),
             ExprKind::Negate(inner) => {
@@ -224,8 +228,12 @@ impl<'a> ExprLowering<'a> {
             }
             ExprKind::Compare(..) | ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) => {
                 Err(diagnostics.error(
-                    Diagnostic::new(Code::E210, span, "a number is needed here, not a condition")
-                        .help("write `if condition then 1 else 0` to make a number of it"),
+                    Diagnostic::new(
+                        Code::ConditionAsNumber,
+                        span,
+                        "a number is needed here, not a condition",
+                    )
+                    .help("write `if condition then 1 else 0` to make a number of it"),
                 ))
             }
         }
@@ -374,8 +382,12 @@ impl<'a> ExprLowering<'a> {
             | ExprKind::Product(_)
             | ExprKind::Power(..)
             | ExprKind::If(..) => Err(diagnostics.error(
-                Diagnostic::new(Code::E210, expr.span, "a condition is needed here, not a number")
-                    .help("compare it with something, such as `> 0`"),
+                Diagnostic::new(
+                    Code::ConditionAsNumber,
+                    expr.span,
+                    "a condition is needed here, not a number",
+                )
+                .help("compare it with something, such as `> 0`"),
             )),
         }
     }
@@ -410,7 +422,7 @@ impl<'a> ExprLowering<'a> {
             NameDefinition::Function(_) | NameDefinition::Table(_) => {
                 let noun = entry.definition.noun();
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E205, span, format!("`{name}` is {noun}"))
+                    Diagnostic::new(Code::MisusedName, span, format!("`{name}` is {noun}"))
                         .help(format!("call it: `{name}(…)`")),
                 ));
             }
@@ -426,7 +438,7 @@ impl<'a> ExprLowering<'a> {
             | NameDefinition::Vector(_)
             | NameDefinition::LetArray(_) => {
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E232, span, format!("`{name}` is an array"))
+                    Diagnostic::new(Code::ArrayAsNumber, span, format!("`{name}` is an array"))
                         .label(entry.span, "declared here")
                         .help(format!("say which element: `{name}[…]`")),
                 ));
@@ -451,7 +463,7 @@ impl<'a> ExprLowering<'a> {
         if let Some(place) = self.scope.outputs.get(name) {
             return diagnostics.error(
                 Diagnostic::new(
-                    Code::E205,
+                    Code::MisusedName,
                     span,
                     format!("`{name}` is an output, which cannot be read inside the model"),
                 )
@@ -460,17 +472,18 @@ impl<'a> ExprLowering<'a> {
             );
         }
         // For names that a function reads from outside, the error is reported at the function.
-        let known_error =
-            [Code::E201, Code::E206].into_iter().find_map(|code| diagnostics.said(code, span));
+        let known_error = [Code::UnknownName, Code::CircularDefinition]
+            .into_iter()
+            .find_map(|code| diagnostics.said(code, span));
         if let Some(known_error) = known_error {
             return known_error;
         }
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
         let near = || diagnostics.suggestion(name, candidates);
         let mut diagnostic =
-            Diagnostic::new(Code::E201, span, format!("nothing is called `{name}`"));
+            Diagnostic::new(Code::UnknownName, span, format!("nothing is called `{name}`"));
         if name == "delay" || IntrinsicId::find(name).is_some() {
-            diagnostic.code = Code::E205;
+            diagnostic.code = Code::MisusedName;
             diagnostic.message = format!("`{name}` is a function");
             diagnostic.help = Some(format!("call it: `{name}(…)`"));
         } else if let Some(near) = near() {
@@ -501,8 +514,12 @@ impl<'a> ExprLowering<'a> {
                 _ => "x",
             };
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E203, function.span, format!("`{name}` goes over indices"))
-                    .help(format!("say over which: `{name}({array}[i] for i in 1..N)`")),
+                Diagnostic::new(
+                    Code::UnknownFunction,
+                    function.span,
+                    format!("`{name}` goes over indices"),
+                )
+                .help(format!("say over which: `{name}({array}[i] for i in 1..N)`")),
             ));
         }
         let mut typed = Vec::with_capacity(list.len());
@@ -516,7 +533,7 @@ impl<'a> ExprLowering<'a> {
         let wrong_number = |expected: usize, diagnostics: &mut Diagnostics| {
             let noun = if expected == 1 { "argument" } else { "arguments" };
             diagnostics.error(Diagnostic::new(
-                Code::E204,
+                Code::ArgumentCount,
                 span,
                 format!("`{name}` takes {expected} {noun}, not {}", list.len()),
             ))
@@ -552,19 +569,23 @@ impl<'a> ExprLowering<'a> {
                 self.look_up(index, &bound, &passed.spans, diagnostics)
             }
             Some((_, place)) => Err(diagnostics.error(
-                Diagnostic::new(Code::E205, function.span, format!("`{name}` is not a function"))
-                    .label(place, "declared here")
-                    .help(format!("write `{name} * (…)` for a product")),
+                Diagnostic::new(
+                    Code::MisusedName,
+                    function.span,
+                    format!("`{name}` is not a function"),
+                )
+                .label(place, "declared here")
+                .help(format!("write `{name} * (…)` for a product")),
             )),
             None => {
                 let Some(intrinsic) = IntrinsicId::find(name) else {
-                    if let Some(said) = diagnostics.said(Code::E203, function.span) {
+                    if let Some(said) = diagnostics.said(Code::UnknownFunction, function.span) {
                         return Err(said);
                     }
                     let known = INTRINSICS.iter().map(|i| i.name);
                     let of_model = self.scope.function_names();
                     let mut diagnostic = Diagnostic::new(
-                        Code::E203,
+                        Code::UnknownFunction,
                         function.span,
                         format!("there is no function `{name}`"),
                     );
@@ -603,7 +624,7 @@ impl<'a> ExprLowering<'a> {
             let chain = self.open.join("` → `");
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E206,
+                    Code::CircularDefinition,
                     passed.call,
                     format!("the function `{name}` calls itself: `{chain}` → `{name}`"),
                 )
@@ -625,9 +646,13 @@ impl<'a> ExprLowering<'a> {
         if self.calls.len() >= MOST_CALLS {
             let reported = self.exhausted.get_or_insert_with(|| {
                 diagnostics.error(
-                    Diagnostic::new(Code::E211, passed.call, "the model opens too many calls")
-                        .label(passed.place, format!("`{name}` multiplies when it is opened"))
-                        .help("name repeated parts with `let`, and give functions fewer calls"),
+                    Diagnostic::new(
+                        Code::ModelTooLarge,
+                        passed.call,
+                        "the model opens too many calls",
+                    )
+                    .label(passed.place, format!("`{name}` multiplies when it is opened"))
+                    .help("name repeated parts with `let`, and give functions fewer calls"),
                 )
             });
             return Err(*reported);
@@ -660,7 +685,7 @@ impl<'a> ExprLowering<'a> {
                     let dimension = typed.dim.dimension();
                     return Err(diagnostics.error(
                         Diagnostic::new(
-                            Code::E302,
+                            Code::UnitsOfSides,
                             *span,
                             format!(
                                 "`{called}` takes `{}` in `{}`, not {}",
@@ -740,7 +765,7 @@ impl<'a> ExprLowering<'a> {
         }
         let Some(Expr { kind: ExprKind::Name(name), span: name_span }) = only else {
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E209, span, "`der` takes the name of one state")
+                Diagnostic::new(Code::NoDerivative, span, "`der` takes the name of one state")
                     .help(
                         "the derivative of an expression follows from those of its states; a second derivative \
                          is that of a state which equals the first, as in `equation v: der(x) = v`",
@@ -759,7 +784,7 @@ impl<'a> ExprLowering<'a> {
                 let what = definition.noun();
                 Err(diagnostics.error(
                     Diagnostic::new(
-                        Code::E209,
+                        Code::NoDerivative,
                         *name_span,
                         format!("`{name}` is {what}, not a state"),
                     )

@@ -159,7 +159,7 @@ impl<'a> ModelResolver<'a> {
         let message =
             format!("this history depends on {culprit}, of which nothing earlier is known");
         Err(diagnostics.error(
-            Diagnostic::new(Code::E503, expr.span, message)
+            Diagnostic::new(Code::StartReadsUnknown, expr.span, message)
                 .help("use `time`, parameters and constants"),
         ))
     }
@@ -178,7 +178,7 @@ impl<'a> ModelResolver<'a> {
             let message = format!("`{array}` is an array, but `{}` is a single output", name.text);
             let span = value.map_or(name.span, |value| value.span);
             return Err(diagnostics
-                .error(Diagnostic::new(Code::E232, span, message).help(format!(
+                .error(Diagnostic::new(Code::ArrayAsNumber, span, message).help(format!(
                 "write `output {array}` for an output of each element, or read one, `{array}[…]`"
             ))));
         }
@@ -226,7 +226,7 @@ impl<'a> ModelResolver<'a> {
         let Some(entry) = entry else {
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E201,
+                    Code::UnknownName,
                     name.span,
                     format!("output `{}` reads nothing: no unknown has its name", name.text),
                 )
@@ -237,7 +237,7 @@ impl<'a> ModelResolver<'a> {
             let unit = own_unit.map(|unit| format!(" [{}]", unit.symbol)).unwrap_or_default();
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E205,
+                    Code::MisusedName,
                     name.span,
                     format!(
                         "output `{}` reads nothing: `{}` is {}, not an unknown",
@@ -270,7 +270,7 @@ impl<'a> ModelResolver<'a> {
             let (l, r) = (a.dim.dimension(), b.dim.dimension());
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E302,
+                    Code::UnitsOfSides,
                     left.span,
                     format!(
                         "the sides of equation `{}` are {} and {}",
@@ -313,7 +313,7 @@ pub(super) fn unit_read(
         name.text, unit.symbol, declared.symbol
     );
     Err(diagnostics.error(
-        Diagnostic::new(Code::E302, name.span, message)
+        Diagnostic::new(Code::UnitsOfSides, name.span, message)
             .label(declared_at, "the unknown is declared here")
             .maybe_help(which_is_meant(unit.dimension, declared.dimension)),
     ))
@@ -339,7 +339,7 @@ fn check_bounds(
         if let Some(range) = empty {
             sound = Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E502,
+                    Code::ReversedBounds,
                     span,
                     format!("the bounds of `{}` leave nothing: {range}", declared.name),
                 )
@@ -349,7 +349,7 @@ fn check_bounds(
             let (bound, side) = if value < lower { (lower, "below") } else { (upper, "above") };
             sound = Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E501,
+                    Code::ValueOutOfBounds,
                     value_span,
                     format!(
                         "`{}` = {} {u} is {side} its bound of {} {u}",
@@ -366,7 +366,7 @@ fn check_bounds(
     if parameter.log && *value <= 0.0 {
         sound = Err(diagnostics.error(
             Diagnostic::new(
-                Code::E506,
+                Code::LogOfNonPositive,
                 value_span,
                 format!(
                     "`{}` is estimated by its logarithm, so it must be above zero",

@@ -171,7 +171,7 @@ impl<'a> ModelResolver<'a> {
         let message =
             format!("the mode to start in depends on {culprit}, which is not known before");
         Err(diagnostics.error(
-            Diagnostic::new(Code::E503, condition.span, message)
+            Diagnostic::new(Code::StartReadsUnknown, condition.span, message)
                 .help("use states, parameters, constants, inputs and `time`"),
         ))
     }
@@ -239,7 +239,11 @@ impl<'a> ModelResolver<'a> {
         let id = self.time_of_clock("period", expr, diagnostics)?;
         if self.lowering.number(id).is_some_and(|value| value.is_nan() || value <= 0.0) {
             let message = "a period must be above zero";
-            return Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)));
+            return Err(diagnostics.error(Diagnostic::new(
+                Code::SizeNotPositive,
+                expr.span,
+                message,
+            )));
         }
         Ok(id)
     }
@@ -260,7 +264,7 @@ impl<'a> ModelResolver<'a> {
                 scope.spelling.being(dimension)
             );
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E302, expr.span, message)
+                Diagnostic::new(Code::UnitsOfSides, expr.span, message)
                     .help("give it a unit of time: `every 10 [s] offset 2 [s]`"),
             ));
         }
@@ -271,7 +275,7 @@ impl<'a> ModelResolver<'a> {
             let varying = scope.quoted_name(*symbol).unwrap_or_else(|| "what varies".to_owned());
             let message = format!("the {what} of an `every` cannot depend on {varying}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E511, expr.span, message)
+                Diagnostic::new(Code::VaryingPeriod, expr.span, message)
                     .help("make it of parameters and constants"),
             ));
         }
@@ -345,7 +349,7 @@ impl<'a> ModelResolver<'a> {
         if let Some(first) = resets.iter().find(|first| first.unknown == reset.unknown) {
             let name = self.lowering.scope.quoted_name(reset.unknown).unwrap_or_default();
             let diagnostic =
-                Diagnostic::new(Code::E202, reset.span, format!("{name} is reset twice"));
+                Diagnostic::new(Code::DuplicateName, reset.span, format!("{name} is reset twice"));
             return Err(diagnostics.error(if first.span == reset.span {
                 diagnostic.help("let each index of the loop reset an element of its own")
             } else {
@@ -384,7 +388,7 @@ impl<'a> ModelResolver<'a> {
             let varying = self.lowering.scope.quoted_name(*symbol).unwrap_or_default();
             let message = format!("a bound cannot depend on {varying}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E510, bound_span, message)
+                Diagnostic::new(Code::BoundReadsUnknown, bound_span, message)
                     .help("make it of parameters, constants, inputs and time"),
             ));
         }
@@ -392,7 +396,7 @@ impl<'a> ModelResolver<'a> {
         if let Some(first) = self.model.saturations.iter().find(same) {
             let name = self.lowering.scope.quoted_name(unknown).unwrap_or_default();
             let message = format!("{name} has two bounds on one side");
-            let diagnostic = Diagnostic::new(Code::E202, item.span, message);
+            let diagnostic = Diagnostic::new(Code::DuplicateName, item.span, message);
             return Err(diagnostics.error(if first.span == item.span {
                 diagnostic.help("let each index of the loop bound an element of its own")
             } else {
@@ -421,7 +425,7 @@ impl<'a> ModelResolver<'a> {
                 }
                 None => format!("nothing is called `{}`", name.text),
             };
-            let code = if what.is_some() { Code::E205 } else { Code::E201 };
+            let code = if what.is_some() { Code::MisusedName } else { Code::UnknownName };
             let diagnostic = Diagnostic::new(code, name.span, message);
             let near =
                 diagnostics.suggestion(&name.text, self.lowering.scope.names.keys().copied());
@@ -432,7 +436,8 @@ impl<'a> ModelResolver<'a> {
         };
         let (unit, declared) = (entry.unit.clone(), entry.span);
         let wrong = |message: String| {
-            Diagnostic::new(Code::E232, name.span, message).label(declared, "declared here")
+            Diagnostic::new(Code::ArrayAsNumber, name.span, message)
+                .label(declared, "declared here")
         };
         let symbol = match what {
             Some(NameDefinition::Unknown { index, .. }) if indices.is_empty() => {
@@ -481,7 +486,7 @@ fn mode_names<'a>(
             let first: &VariantChoice = &modes[first];
             let message = format!("two modes are called `{}`", mode.name.text);
             diagnostics.error(
-                Diagnostic::new(Code::E202, mode.name.span, message)
+                Diagnostic::new(Code::DuplicateName, mode.name.span, message)
                     .label(first.name.span, "first here"),
             );
         } else {
@@ -501,7 +506,7 @@ impl ModeNames<'_> {
     fn position(&self, mode: &Name, diagnostics: &mut Diagnostics) -> Result<usize, ErrorReported> {
         self.positions.get(mode.text.as_str()).copied().ok_or_else(|| {
             let message = format!("`{}` has no mode `{}`", self.automaton.text, mode.text);
-            let diagnostic = Diagnostic::new(Code::E216, mode.span, message);
+            let diagnostic = Diagnostic::new(Code::UnknownMode, mode.span, message);
             let known: Vec<&str> = self.positions.keys().copied().collect();
             let help = diagnostics.suggestion(&mode.text, known.iter().copied()).map_or_else(
                 || format!("there is `{}`", known.join("`, `")),

@@ -73,14 +73,15 @@ pub fn resolve_noting(
         if let Some(effect) = &main.effect {
             let message = format!("`{}` is an effect, not a model", effect.name.text);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E113, effect.name.span, message)
+                Diagnostic::new(Code::NoModelLine, effect.name.span, message)
                     .help("give the model, and the effect with `--apply`"),
             ));
         }
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E113, start, "this file does not say which model it is").help(
-                "begin it with `model NAME`; a library without that line can only be imported",
-            ),
+            Diagnostic::new(Code::NoModelLine, start, "this file does not say which model it is")
+                .help(
+                    "begin it with `model NAME`; a library without that line can only be imported",
+                ),
         ));
     };
 
@@ -174,7 +175,7 @@ fn verify_start(
     let message =
         format!("only the whole model can start at rest, and this is not `{}`", model.name);
     Err(diagnostics.error(
-        Diagnostic::new(Code::E508, span, message)
+        Diagnostic::new(Code::StartNotSteady, span, message)
             .help("move `start steady` to the model that is simulated"),
     ))
 }
@@ -467,7 +468,7 @@ impl<'a> ExprLowering<'a> {
                 let culprit = self.first_unknown(typed.id, |_| true);
                 Err(diagnostics.error(
                     Diagnostic::new(
-                        Code::E504,
+                        Code::ValueNotConstant,
                         expr.span,
                         format!("this must be known before a run, but it depends on {culprit}"),
                     )
@@ -490,7 +491,7 @@ impl<'a> ExprLowering<'a> {
             return Ok(value);
         }
         let message = format!("the {what} must be above zero");
-        Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
+        Err(diagnostics.error(Diagnostic::new(Code::SizeNotPositive, expr.span, message)))
     }
 
     /// The first relevant symbol that an expression depends on.
@@ -525,7 +526,7 @@ impl<'a> ExprLowering<'a> {
             let dimension = typed.dim.dimension();
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E302,
+                    Code::UnitsOfSides,
                     expr.span,
                     format!(
                         "declared in `{}`, but the value is {}",
@@ -554,5 +555,5 @@ impl<'a> ExprLowering<'a> {
 /// The error for a value that is infinite or not a number.
 pub(super) fn not_finite(value: f64, span: Span) -> Diagnostic {
     let message = format!("this comes to {value}, which is not a finite number");
-    Diagnostic::new(Code::E504, span, message)
+    Diagnostic::new(Code::ValueNotConstant, span, message)
 }

@@ -29,7 +29,7 @@ impl ModelResolver<'_> {
             let culprit = culprit.unwrap_or_else(|| "an unknown".to_owned());
             return Err(diagnostics.error(
                 Diagnostic::new(
-                    Code::E503,
+                    Code::StartReadsUnknown,
                     expr.span,
                     format!("this start value depends on {culprit}, which is not known before"),
                 )
@@ -170,7 +170,7 @@ impl ModelResolver<'_> {
         }
         names.push(names[0].clone());
         let message = format!("start values depend on each other: {}", names.join(" → "));
-        Diagnostic::new(Code::E206, declared(on_circle).span, message)
+        Diagnostic::new(Code::CircularDefinition, declared(on_circle).span, message)
             .help("give one of them a value of its own where its part is declared")
     }
 }

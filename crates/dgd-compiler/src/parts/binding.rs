@@ -63,7 +63,7 @@ pub(super) fn verify_once(bindings: &[InputBinding<'_>], diagnostics: &mut Diagn
         if let Some(first) = bindings[..i].iter().find(same) {
             let message = format!("`{}` is bound twice", bound.input.text);
             diagnostics.error(
-                Diagnostic::new(Code::E202, bound.input.span, message)
+                Diagnostic::new(Code::DuplicateName, bound.input.span, message)
                     .label(first.input.span, "first here"),
             );
         }
@@ -106,7 +106,7 @@ impl WrittenBinding<'_> {
                     format!("write `{}{} = …`", input.text, "[…]".repeat(n)),
                 ),
             };
-            return Err(Diagnostic::new(Code::E232, input.span, message).help(help));
+            return Err(Diagnostic::new(Code::ArrayAsNumber, input.span, message).help(help));
         }
         let is_whole = n_indices == 0 && n > 0;
         let kind = if is_in_pieces && !is_whole {

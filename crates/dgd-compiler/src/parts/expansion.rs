@@ -207,7 +207,7 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
             };
             return Err(self
                 .diagnostics
-                .error(Diagnostic::new(Code::E201, model.span, message).help(help)));
+                .error(Diagnostic::new(Code::UnknownName, model.span, message).help(help)));
         };
         self.verify_nesting(ast, model)?;
         if !self.done.contains_key(&ast.source) {
@@ -219,7 +219,11 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
         self.size += inner.size;
         if self.size > LARGEST {
             let message = "the parts of this model come to more text than can be compiled";
-            return Err(self.diagnostics.error(Diagnostic::new(Code::E211, model.span, message)));
+            return Err(self.diagnostics.error(Diagnostic::new(
+                Code::ModelTooLarge,
+                model.span,
+                message,
+            )));
         }
         whole.libraries.extend(&inner.libraries);
         whole.parts.push(InnerModel {
@@ -243,11 +247,19 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
             let names: Vec<String> =
                 names.map(|header| format!("`{}`", header.name.text)).collect();
             let message = format!("`{}` contains itself: {}", model.text, names.join(" → "));
-            return Err(self.diagnostics.error(Diagnostic::new(Code::E221, model.span, message)));
+            return Err(self.diagnostics.error(Diagnostic::new(
+                Code::RecursiveModel,
+                model.span,
+                message,
+            )));
         }
         if self.open.len() > DEEPEST {
             let message = format!("parts are nested more than {DEEPEST} deep");
-            return Err(self.diagnostics.error(Diagnostic::new(Code::E211, model.span, message)));
+            return Err(self.diagnostics.error(Diagnostic::new(
+                Code::ModelTooLarge,
+                model.span,
+                message,
+            )));
         }
         Ok(())
     }
@@ -283,7 +295,8 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
             if let Some(first) = first.or_else(|| values.get(name.text.as_str()).copied()) {
                 let message = format!("`{}` is declared twice", name.text);
                 self.diagnostics.error(
-                    Diagnostic::new(Code::E202, name.span, message).label(first, "also here"),
+                    Diagnostic::new(Code::DuplicateName, name.span, message)
+                        .label(first, "also here"),
                 );
             }
         }
@@ -374,7 +387,7 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => "only inputs of parts are bound; `let` gives a value a name".to_owned(),
             };
-            let diagnostic = Diagnostic::new(Code::E201, input.span, message).help(help);
+            let diagnostic = Diagnostic::new(Code::UnknownName, input.span, message).help(help);
             return Err(self.diagnostics.error(diagnostic));
         };
         let instance = instance.as_ref().map_err(|reported| *reported)?;
@@ -383,9 +396,9 @@ impl<'a, 'd> PartExpansion<'a, 'd> {
         }
         let is_declared = instance.values.contains(&input.text);
         let (code, message) = if is_declared {
-            (Code::E205, format!("`{}` is no input of part `{part}`", input.text))
+            (Code::MisusedName, format!("`{}` is no input of part `{part}`", input.text))
         } else {
-            (Code::E201, format!("part `{part}` has no input `{}`", input.text))
+            (Code::UnknownName, format!("part `{part}` has no input `{}`", input.text))
         };
         let near = suggestion(&input.text, instance.inputs.keys().map(String::as_str));
         let inputs: Vec<&str> = instance.inputs.keys().map(String::as_str).collect();

@@ -213,7 +213,7 @@ impl IndexSpreading<'_> {
                         name.text, self.part.text
                     );
                     self.mistakes.push(
-                        Diagnostic::new(Code::E233, *span, message)
+                        Diagnostic::new(Code::ValueCount, *span, message)
                             .help("read an array with an index for each: `T_0[i][j]`"),
                     );
                 }
@@ -363,7 +363,7 @@ impl IndexSpreading<'_> {
             let message =
                 format!("{what} `{name_text}` reads `{differs}`, which differs among `{part}`");
             self.mistakes.push(
-                Diagnostic::new(Code::E232, self.part.span, message)
+                Diagnostic::new(Code::ArrayAsNumber, self.part.span, message)
                     .label(name.span, "one for all of them")
                     .help("a function gets as an argument what differs from one to the next"),
             );
@@ -375,7 +375,9 @@ impl IndexSpreading<'_> {
         let message = format!("there cannot be several of part `{part}`, whose model has {what}");
         let help = format!("write a part for each: `part {part}_1: …`");
         self.mistakes.push(
-            Diagnostic::new(Code::E131, self.part.span, message).label(place, "here").help(help),
+            Diagnostic::new(Code::ItemInLoop, self.part.span, message)
+                .label(place, "here")
+                .help(help),
         );
         Vec::new()
     }

@@ -222,7 +222,7 @@ fn not_bound(inputs: &[&Name], items: &[Item], parts: &[InnerModel]) -> Diagnost
     };
     // The name in the file that contains the part.
     let around = part.rsplit_once('.').map_or(0, |(around, _)| around.len() + 1);
-    Diagnostic::new(Code::E220, place.unwrap_or(first.span), message)
+    Diagnostic::new(Code::UnboundInput, place.unwrap_or(first.span), message)
         .label(first.span, what)
         .help(format!("say what it is: `{} = …`", &first.text[around..]))
 }

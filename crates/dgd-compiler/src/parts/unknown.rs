@@ -70,9 +70,9 @@ pub(super) fn verify_names(
             (false, false) => format!("nothing is called `{name}`"),
         };
         let code = match (is_call, outputs.contains(&name)) {
-            (true, _) => Code::E203,
-            (false, true) => Code::E205,
-            (false, false) => Code::E201,
+            (true, _) => Code::UnknownFunction,
+            (false, true) => Code::MisusedName,
+            (false, false) => Code::UnknownName,
         };
         let help = match diagnostics.suggestion(&name, known.iter().map(String::as_str)) {
             Some(near) => format!("did you mean `{near}`?"),

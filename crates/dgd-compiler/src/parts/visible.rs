@@ -50,7 +50,8 @@ impl<'a> CompilationFiles<'a> {
                         let first = *visible.models.entry(&header.name.text).or_insert(ast);
                         if first.source != ast.source {
                             let message = format!("two models are called `{}`", header.name.text);
-                            let diagnostic = Diagnostic::new(Code::E202, header.name.span, message);
+                            let diagnostic =
+                                Diagnostic::new(Code::DuplicateName, header.name.span, message);
                             let place = first.model.as_ref().map(|header| header.name.span);
                             let first = place.unwrap_or(header.name.span);
                             diagnostics.error(diagnostic.label(first, "first here").help(

@@ -74,7 +74,7 @@ fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
                 name.text
             );
             diagnostics.error(
-                Diagnostic::new(Code::E508, name.span, message)
+                Diagnostic::new(Code::StartNotSteady, name.span, message)
                     .help("leave out `start steady` to estimate start values"),
             );
         }
@@ -88,7 +88,7 @@ fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
             let message =
                 format!("the start value of `{state}` follows from {which}, so it is not free");
             diagnostics.error(
-                Diagnostic::new(Code::E509, name.span, message)
+                Diagnostic::new(Code::UndeterminedStart, name.span, message)
                     .label(equation.span, what)
                     .help("leave out a start equation to estimate a start value in its place"),
             );
@@ -155,7 +155,7 @@ fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direct
         if directions.is_empty() {
             let message = format!("there is no parameter and no state `{text}`");
             let help = what_there_is(dae, text);
-            diagnostics.error(Diagnostic::new(Code::E201, *span, message).help(help));
+            diagnostics.error(Diagnostic::new(Code::UnknownName, *span, message).help(help));
         }
         for direction in directions {
             if !chosen.contains(&direction) {

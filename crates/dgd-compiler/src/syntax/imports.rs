@@ -158,7 +158,7 @@ impl ImportLoader<'_, '_> {
         if let Some(&id) = self.known.get(&name) {
             return Ok(id);
         }
-        let refused = |message: String| Diagnostic::new(Code::E208, span, message);
+        let refused = |message: String| Diagnostic::new(Code::UnusableImport, span, message);
         if !table_files::ENDINGS.iter().any(|ending| name.ends_with(ending)) {
             let message =
                 format!("cannot read `{path}`: its name does not end in `.csv` or `.csv.gz`");
@@ -185,7 +185,7 @@ impl ImportLoader<'_, '_> {
             let message = format!("`{path}` is an effect, `{name}`, not a library or a model");
             self.holes.push(UnreadableItem::import(span));
             self.diagnostics.error(
-                Diagnostic::new(Code::E208, span, message)
+                Diagnostic::new(Code::UnusableImport, span, message)
                     .help("an effect is taken into a model with `--apply`"),
             );
             return;
@@ -198,7 +198,7 @@ impl ImportLoader<'_, '_> {
 
     fn refuse(&mut self, span: Span, message: String) {
         self.holes.push(UnreadableItem::import(span));
-        self.diagnostics.error(Diagnostic::new(Code::E208, span, message));
+        self.diagnostics.error(Diagnostic::new(Code::UnusableImport, span, message));
     }
 }
 
@@ -216,7 +216,7 @@ fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
         );
         if !is_allowed {
             diagnostics.error(
-                Diagnostic::new(Code::E208, item.span, "this cannot stand in a library").help(
+                Diagnostic::new(Code::UnusableImport, item.span, "this cannot stand in a library").help(
                     "a library has constants, units, `let`s, functions and tables; a model file begins with `model NAME`",
                 ),
             );

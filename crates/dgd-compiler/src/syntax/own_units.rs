@@ -139,7 +139,7 @@ fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> Own
     }
     for (name, _) in waiting {
         let message = format!("the unit `{}` depends on itself", name.text);
-        diagnostics.error(Diagnostic::new(Code::E206, name.span, message));
+        diagnostics.error(Diagnostic::new(Code::CircularDefinition, name.span, message));
     }
     OwnUnits::new(known.into_iter().map(|(symbol, (unit, _))| (symbol, unit)).collect())
 }
@@ -166,14 +166,16 @@ fn value_of<'n>(
     };
     if parse_unit(&name.text).is_ok() {
         let message = format!("`{}` is a unit of the language", name.text);
-        return wrong(Diagnostic::new(Code::E202, name.span, message).help("choose another name"));
+        return wrong(
+            Diagnostic::new(Code::DuplicateName, name.span, message).help("choose another name"),
+        );
     }
     let ExprKind::Number { value, unit, .. } = &expr.kind else {
         unreachable!("the parser lets only numbers be units")
     };
     if *value <= 0.0 {
         let message = "a unit must be above zero";
-        return wrong(Diagnostic::new(Code::E505, expr.span, message));
+        return wrong(Diagnostic::new(Code::SizeNotPositive, expr.span, message));
     }
     let Some(written) = unit else {
         return UnitValue::Known(OwnUnit::of(*value, &crate::units::Unit::one()));
@@ -204,8 +206,10 @@ fn take(
         Some((first, _)) if *first == unit => {}
         Some((_, place)) => {
             let message = format!("the unit `{}` is declared twice", name.text);
-            diagnostics
-                .error(Diagnostic::new(Code::E202, name.span, message).label(*place, "first here"));
+            diagnostics.error(
+                Diagnostic::new(Code::DuplicateName, name.span, message)
+                    .label(*place, "first here"),
+            );
         }
         None => {
             known.insert(name.text.clone(), (unit, name.span));

@@ -38,7 +38,7 @@ pub(super) fn points(
     let Some((header, place)) = rows.next() else {
         let span = Span { source: file, start: 0, end: 0 };
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E609, span, "the file has no header")
+            Diagnostic::new(Code::MalformedHeader, span, "the file has no header")
                 .help(header_of(name, arguments)),
         ));
     };
@@ -54,7 +54,7 @@ pub(super) fn points(
     failed.map_or(Ok(()), Err)?;
     if points.is_empty() {
         let message = "the file has a header and no rows";
-        return Err(diagnostics.error(Diagnostic::new(Code::E612, place, message)));
+        return Err(diagnostics.error(Diagnostic::new(Code::NoRows, place, message)));
     }
     Ok(points)
 }
@@ -81,7 +81,7 @@ fn columns(
             );
             let message = format!("the file has no column `{}`", wanted.text);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E512, place, message)
+                Diagnostic::new(Code::InvalidTablePoints, place, message)
                     .label(wanted.span, "the table needs it")
                     .help(help),
             ));
@@ -89,7 +89,8 @@ fn columns(
         if let Some((_, again)) = matching.next() {
             let message = format!("two columns are called `{}`", wanted.text);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E609, again.span, message).label(cell.span, "first here"),
+                Diagnostic::new(Code::MalformedHeader, again.span, message)
+                    .label(cell.span, "first here"),
             ));
         }
         columns.push((position, unit_of(cell, diagnostics)?));
@@ -106,7 +107,7 @@ fn unit_of(
     let Some(inside) = inside else {
         let message = format!("`{}` says no unit", cell.text);
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E609, cell.span, message)
+            Diagnostic::new(Code::MalformedHeader, cell.span, message)
                 .help("write it between brackets behind the name, `[1]` for plain numbers"),
         ));
     };
@@ -129,7 +130,7 @@ fn point(
 ) -> Result<TablePoint, ErrorReported> {
     if cells.len() != expected {
         let message = format!("this row has {} cells and the header {expected}", cells.len());
-        return Err(diagnostics.error(Diagnostic::new(Code::E610, span, message)));
+        return Err(diagnostics.error(Diagnostic::new(Code::RowLength, span, message)));
     }
     let mut numbers = Vec::with_capacity(columns.len());
     for (position, unit) in columns {
@@ -141,7 +142,7 @@ fn point(
                 format!("`{text}` is not a number")
             };
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E607, span, message)
+                Diagnostic::new(Code::NotANumber, span, message)
                     .help("decimals are separated by points; leave out rows without values"),
             ));
         };

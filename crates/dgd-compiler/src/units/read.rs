@@ -71,8 +71,8 @@ impl UnitError {
         match self.kind {
             UnitErrorKind::Unknown { .. }
             | UnitErrorKind::Logarithm { .. }
-            | UnitErrorKind::Product { .. } => Code::E305,
-            UnitErrorKind::Malformed { .. } | UnitErrorKind::OutOfRange => Code::E306,
+            | UnitErrorKind::Product { .. } => Code::UnknownUnit,
+            UnitErrorKind::Malformed { .. } | UnitErrorKind::OutOfRange => Code::MalformedUnit,
         }
     }
 

@@ -80,8 +80,12 @@ impl CsvHeader {
             let (mut unit, mut fault) = (new.and_then(|new| new.unit.clone()), None);
             if unit.is_none() {
                 fault = parsed.fault.map(|fault| {
-                    Diagnostic::new(Code::E609, place, format!("malformed column header: {fault}"))
-                        .help("a column is headed `name [unit]`")
+                    Diagnostic::new(
+                        Code::MalformedHeader,
+                        place,
+                        format!("malformed column header: {fault}"),
+                    )
+                    .help("a column is headed `name [unit]`")
                 });
                 match parsed.unit.map(|unit| unit_at(unit, place, sources)).transpose() {
                     Ok(read) => unit = read,
@@ -104,7 +108,7 @@ impl CsvHeader {
             let first = *first_of.entry(&column.name).or_insert(at);
             if first != at {
                 let message = format!("two columns are called `{}`", column.name);
-                let diagnostic = Diagnostic::new(Code::E609, column.place, message)
+                let diagnostic = Diagnostic::new(Code::MalformedHeader, column.place, message)
                     .label(columns[first].place, "the first of them");
                 twice.push((first, diagnostic));
             }
@@ -127,7 +131,11 @@ impl CsvHeader {
         if self.open_quote {
             let place = self.cells.last().map_or(&self.place, |cell| &cell.place);
             let message = "a quoted cell is not closed";
-            return Err(diagnostics.error(Diagnostic::new(Code::E609, kept.span(place), message)));
+            return Err(diagnostics.error(Diagnostic::new(
+                Code::MalformedHeader,
+                kept.span(place),
+                message,
+            )));
         }
         let separator = [(';', "semicolons"), ('\t', "tabs")]
             .into_iter()
@@ -136,7 +144,7 @@ impl CsvHeader {
             let message = format!("the columns are separated by {name}");
             let place = kept.span(first_place);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E609, place, message)
+                Diagnostic::new(Code::MalformedHeader, place, message)
                     .help("separate them by commas, and write decimals with a point"),
             ));
         }
@@ -146,7 +154,7 @@ impl CsvHeader {
             Some(at) => {
                 let message = "the time is not in the first column";
                 Err(diagnostics.error(
-                    Diagnostic::new(Code::E609, columns[at].place, message)
+                    Diagnostic::new(Code::MalformedHeader, columns[at].place, message)
                         .help("move `time` to the front"),
                 ))
             }
@@ -172,7 +180,7 @@ pub(crate) fn take_as_time(columns: &mut [DataColumn]) -> Option<Diagnostic> {
         first.unit = parse_unit("s").ok();
         message.push_str(", in seconds");
     }
-    Some(Diagnostic::new(Code::E602, first.place, message))
+    Some(Diagnostic::new(Code::NoTimeColumn, first.place, message))
 }
 
 /// A parsed header cell.

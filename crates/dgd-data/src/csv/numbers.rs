@@ -42,7 +42,7 @@ fn verify(
 ) -> Result<(), Box<Diagnostic>> {
     let Some((first, values)) = columns.all.first() else {
         let message = "the table has no columns";
-        return Err(Box::new(Diagnostic::new(Code::E612, kept.span(&header.place), message)));
+        return Err(Box::new(Diagnostic::new(Code::NoRows, kept.span(&header.place), message)));
     };
     let uneven = columns.all.iter().zip(&header.cells);
     for ((other, others), cell) in uneven {
@@ -50,7 +50,11 @@ fn verify(
             let (n, of_first) = (others.len(), values.len());
             let message =
                 format!("the column `{other}` has {n} rows, and `{first}` has {of_first}");
-            return Err(Box::new(Diagnostic::new(Code::E610, kept.span(&cell.place), message)));
+            return Err(Box::new(Diagnostic::new(
+                Code::RowLength,
+                kept.span(&cell.place),
+                message,
+            )));
         }
     }
     Ok(())

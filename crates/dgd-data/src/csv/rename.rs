@@ -48,7 +48,7 @@ impl Rename {
         if let Some(fault) = parsed.fault {
             let message = format!("malformed column name: {fault}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E609, place, message)
+                Diagnostic::new(Code::MalformedHeader, place, message)
                     .help("a column is called `name`, or `name [unit]`"),
             ));
         }
@@ -88,7 +88,7 @@ impl CsvHeader {
                 );
                 let place = |at: usize| kept.span(&self.cells[at].place);
                 reported = Err(diagnostics.error(
-                    Diagnostic::new(Code::E609, place(second), message)
+                    Diagnostic::new(Code::MalformedHeader, place(second), message)
                         .label(place(first), "the first of them")
                         .help("name the columns apart in the file"),
                 ));
@@ -101,7 +101,7 @@ impl CsvHeader {
                 );
                 let near = suggestion(&rename.column, names.iter().map(String::as_str));
                 reported = Err(diagnostics.error(
-                    Diagnostic::new(Code::E609, kept.span(&self.place), message)
+                    Diagnostic::new(Code::MalformedHeader, kept.span(&self.place), message)
                         .maybe_help(near.map(|near| format!("did you mean `{near}`?"))),
                 ));
             }

@@ -184,16 +184,16 @@ impl CsvRows {
         let mut reported = Ok(());
         if let Some(place) = self.open_quote {
             let message = "a quoted cell is not closed";
-            reported = Err(diagnostics.error(place.diagnostic(Code::E610, message)));
+            reported = Err(diagnostics.error(place.diagnostic(Code::RowLength, message)));
         }
         if let Some(cells) = self.ragged {
             let message =
                 format!("this row has {}, and the header {}", cells.text, counted(self.n_cells));
-            reported = Err(diagnostics.error(cells.diagnostic(Code::E610, message)));
+            reported = Err(diagnostics.error(cells.diagnostic(Code::RowLength, message)));
         } else if self.taken == 0 && reported.is_ok() {
             let message = "the table has no rows";
             let place = self.header;
-            reported = Err(diagnostics.error(Diagnostic::new(Code::E612, place, message)));
+            reported = Err(diagnostics.error(Diagnostic::new(Code::NoRows, place, message)));
         }
         let time = self.time.map(|time| time.finish(diagnostics)).transpose();
         reported?;

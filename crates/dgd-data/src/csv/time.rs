@@ -77,7 +77,7 @@ impl TimeColumn {
                 let message =
                     format!("`time` is in `{}`, which is not a unit of time", unit.symbol);
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E604, column.place, message)
+                    Diagnostic::new(Code::IncompatibleColumnUnit, column.place, message)
                         .help("write `time [s]`, or `time` with ISO 8601 stamps"),
                 ));
             }
@@ -224,7 +224,7 @@ impl TimeColumn {
     ) -> Result<TimeReading, ErrorReported> {
         let mut reported = Ok(());
         if let Some((cells, fault)) = self.unreadable {
-            let diagnostic = cells.diagnostic(Code::E607, fault.message(&cells.text));
+            let diagnostic = cells.diagnostic(Code::NotANumber, fault.message(&cells.text));
             reported = Err(diagnostics.error(match fault.help() {
                 Some(help) => diagnostic.help(help),
                 None => diagnostic,
@@ -243,7 +243,7 @@ impl TimeColumn {
                 disorder.backwards = Some(format!("`{}` comes after `{text}`{ahead}", cells.text));
             } else {
                 let message = format!("time runs backwards: `{}` comes after `{text}`", cells.text);
-                let diagnostic = cells.diagnostic(Code::E605, message);
+                let diagnostic = cells.diagnostic(Code::TimeRunsBackwards, message);
                 reported =
                     Err(diagnostics
                         .error(diagnostic.label(place.span, place.text("the row before"))));

@@ -24,7 +24,7 @@ pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<C
     let span = wrong.span;
     let Some(found) = dimension_at(span, analysis) else { return Vec::new() };
     match (diagnostic.code, others) {
-        (Code::E301 | Code::E302, [other]) => {
+        (Code::IncompatibleUnits | Code::UnitsOfSides, [other]) => {
             let Some(wanted) = dimension_at(other.span, analysis) else { return Vec::new() };
             let numbers = [(span, found, wanted), (other.span, wanted, found)];
             let number = numbers
@@ -37,11 +37,11 @@ pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<C
             };
             number.map_or_else(scaled, |one| vec![one])
         }
-        (Code::E302, []) => {
+        (Code::UnitsOfSides, []) => {
             let declared = declared_around(span, analysis);
             declared.map_or(Vec::new(), |wanted| scaled(span, found, wanted, analysis))
         }
-        (Code::E304, []) => scaled(span, found, Dimension::ONE, analysis),
+        (Code::ArgumentWithUnit, []) => scaled(span, found, Dimension::ONE, analysis),
         _ => Vec::new(),
     }
 }

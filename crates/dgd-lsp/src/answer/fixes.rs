@@ -150,7 +150,7 @@ fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<ConversionPropo
     let indent = line.len() - line.trim_start().len();
     let formula = line.trim_start().strip_prefix("equation ")?;
     let code = formula.split(['#', '/']).next().unwrap_or_default();
-    if diagnostic.code != Code::E105 || code.contains(':') || !code.contains('=') {
+    if diagnostic.code != Code::UnexpectedToken || code.contains(':') || !code.contains('=') {
         return None;
     }
     let unknown = code.split_once("der(").and_then(|(_, rest)| rest.split(')').next());

@@ -46,7 +46,7 @@ fn note(one: &DependentEquations, signature: &Signature, model: &Model) -> Optio
         _ => format!("write what else holds of {open} in place of one of them"),
     };
     let others = places.iter().zip(&labels).enumerate().filter(|(k, _)| *k != first);
-    let diagnostic = Diagnostic::new(Code::E411, at, message).help(help);
+    let diagnostic = Diagnostic::new(Code::DependentEquations, at, message).help(help);
     Some(others.fold(diagnostic, |diagnostic, (_, (place, label))| match place {
         Some(span) if *span != at => diagnostic.label(*span, format!("`{label}` is here")),
         _ => diagnostic,

@@ -18,7 +18,7 @@ pub(super) fn notes(asts: &[Ast], sources: &SourceMap) -> Vec<Diagnostic> {
         |name: &str| format!("nothing reads the parameter `{name}`, so no fit can estimate it");
     unused
         .map(|(_, symbol)| {
-            Diagnostic::new(Code::E217, symbol.declared, note(&symbol.name))
+            Diagnostic::new(Code::UnreadParameter, symbol.declared, note(&symbol.name))
                 .help("use it in an equation, or take it out")
         })
         .collect()

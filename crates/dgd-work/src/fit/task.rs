@@ -497,7 +497,7 @@ fn used_outputs(
         let known: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
         let help = meant(&name.text, &known);
         let message = format!("no output is called `{}`", name.text);
-        let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
+        let diagnostic = Diagnostic::new(Code::UnknownName, name.span, message).help(help);
         compilation.diagnostics.error(diagnostic);
     }
     used

@@ -92,7 +92,7 @@ pub fn load_folder(
                 let message = format!("cannot read this file: {error}");
                 let source = sources.add(SourceText { name, text: String::new() });
                 let span = Span { source, start: 0, end: 0 };
-                Err(diagnostics.error(Diagnostic::new(Code::E112, span, message)))
+                Err(diagnostics.error(Diagnostic::new(Code::EmptyFile, span, message)))
             }
         };
         match read {

@@ -73,7 +73,7 @@ fn verify_names(
     if table.time.is_some() {
         let message = "a set of parameters has no time";
         verified = Err(diagnostics.error(
-            Diagnostic::new(Code::E613, table.header, message)
+            Diagnostic::new(Code::UnknownSetColumn, table.header, message)
                 .help("each row is a set, and all of them are run over the same times"),
         ));
     }
@@ -83,7 +83,8 @@ fn verify_names(
         let absent = names.iter().copied().filter(|name| table.column(name).is_none());
         let meant = suggestion(&column.name, absent)
             .map(|name| format!("is `{}` meant to be `{name}`?", column.name));
-        let diagnostic = Diagnostic::new(Code::E613, column.place, message).maybe_help(meant);
+        let diagnostic =
+            Diagnostic::new(Code::UnknownSetColumn, column.place, message).maybe_help(meant);
         verified = Err(diagnostics.error(diagnostic));
     }
     verified

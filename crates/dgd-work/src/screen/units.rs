@@ -77,7 +77,7 @@ fn to_unit_of(column: &mut DataColumn, first: &DataColumn) -> Result<(), Box<Dia
                 column.name, from.symbol, to.symbol
             );
             Err(Box::new(
-                Diagnostic::new(Code::E604, column.place, message)
+                Diagnostic::new(Code::IncompatibleColumnUnit, column.place, message)
                     .label(first.place, format!("`{}` is in `{}` here", first.name, to.symbol))
                     .help(
                         "what is put side by side needs one kind of unit: screen them apart, or \
@@ -93,7 +93,7 @@ fn to_unit_of(column: &mut DataColumn, first: &DataColumn) -> Result<(), Box<Dia
 fn without_unit(column: &DataColumn, other: &DataColumn, unit: &Unit) -> Diagnostic {
     column.fault.clone().unwrap_or_else(|| {
         let message = format!("the column `{}` has no unit", column.name);
-        Diagnostic::new(Code::E609, column.place, message)
+        Diagnostic::new(Code::MalformedHeader, column.place, message)
             .label(other.place, format!("`{}` is in `{}` here", other.name, unit.symbol))
             .help(format!("write `{} [{}]`", column.name, unit.symbol))
     })

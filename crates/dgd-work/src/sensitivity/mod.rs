@@ -286,7 +286,7 @@ fn load(
         let others = outputs.iter().copied();
         let known: Vec<&str> = names.chain(others.filter(|name| unknown(name).is_none())).collect();
         let help = meant(&name.text, &known);
-        let diagnostic = Diagnostic::new(Code::E201, name.span, message).help(help);
+        let diagnostic = Diagnostic::new(Code::UnknownName, name.span, message).help(help);
         compilation.diagnostics.error(diagnostic);
     }
     if compilation.diagnostics.check().is_err() {

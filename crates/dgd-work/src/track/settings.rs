@@ -159,7 +159,7 @@ fn given(
     let Compilation { sources, diagnostics, .. } = compilation;
     let Expr { kind: ExprKind::Number { value: number, unit: own, .. }, span } = &value else {
         let message = format!("`{flag}` takes a number, with a unit or without");
-        diagnostics.error(Diagnostic::new(Code::E201, value.span, message));
+        diagnostics.error(Diagnostic::new(Code::UnknownName, value.span, message));
         return None;
     };
     let unit_of_value = match own {
@@ -177,7 +177,7 @@ fn given(
             "`{}` is in `{}`, which does not convert to `{}`",
             name.text, unit.symbol, unit_of_value.symbol
         );
-        diagnostics.error(Diagnostic::new(Code::E302, *span, message));
+        diagnostics.error(Diagnostic::new(Code::UnitsOfSides, *span, message));
         return None;
     }
     // A deviation has no offset.
@@ -196,7 +196,9 @@ fn find<'a>(
         let names: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
         let message = format!("no {what} is called `{}`", name.text);
         let help = meant(&name.text, &names);
-        compilation.diagnostics.error(Diagnostic::new(Code::E201, name.span, message).help(help));
+        compilation
+            .diagnostics
+            .error(Diagnostic::new(Code::UnknownName, name.span, message).help(help));
     }
     declared.map(|(_, unit)| unit)
 }

@@ -106,7 +106,7 @@ fn too_many(model: &Model, diagnostics: &mut Diagnostics) -> ErrorReported {
     let span = span.or(model.equations.first().map(|e| e.span)).unwrap_or_default();
     let message = "delays of delays open too many expressions";
     diagnostics.error(
-        Diagnostic::new(Code::E211, span, message)
+        Diagnostic::new(Code::ModelTooLarge, span, message)
             .help("delay each part once, by the sum of its delays"),
     )
 }
@@ -194,7 +194,7 @@ impl DelayReplacement<'_> {
                 let read = if a == b { a } else { format!("{a} and {b}") };
                 let message = format!("output `{}` reads {read} at different times", declared.name);
                 diagnostics.error(
-                    Diagnostic::new(Code::E408, declared.span, message)
+                    Diagnostic::new(Code::DerivativesAtSeveralTimes, declared.span, message)
                         .help("declare an `unknown` that equals the derivative, and delay that"),
                 );
             }

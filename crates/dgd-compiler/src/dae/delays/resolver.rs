@@ -333,7 +333,7 @@ impl<'a> DelayResolver<'a> {
         let message =
             format!("this reads the future of {}: its delay is negative", self.name(symbol));
         diagnostics.error(
-            Diagnostic::new(Code::E215, span, message)
+            Diagnostic::new(Code::InvalidDelay, span, message)
                 .help("only an output can read ahead, and all of it by one time"),
         );
     }
@@ -343,7 +343,7 @@ impl<'a> DelayResolver<'a> {
         let name = self.name(symbol);
         let message =
             format!("{reader} reads {name} as it was some time ago, which only outputs can");
-        let diagnostic = Diagnostic::new(Code::E407, span, message).help(
+        let diagnostic = Diagnostic::new(Code::DelayedDerivative, span, message).help(
             "a delayed derivative cannot act on the model; declare an `unknown` that \
              equals the derivative, and delay that",
         );

@@ -252,26 +252,27 @@ impl MatchingNames<'_> {
                 "the index is above 1: {row_names} only ties states together, and {column_names} \
                  follows from no equation without differentiating it"
             );
-            let diagnostic = Diagnostic::new(Code::E404, row_spans[0], message)
+            let diagnostic = Diagnostic::new(Code::IrreducibleIndex, row_spans[0], message)
                 .help("replace the equation by its derivative with respect to time");
             more_places(diagnostic, others, "this one too")
         } else if n_rows > n_columns {
             let message = format!("too many equations: no unknown is left for {row_names}");
-            let diagnostic = Diagnostic::new(Code::E401, row_spans[0], message).help(
+            let diagnostic = Diagnostic::new(Code::TooManyEquations, row_spans[0], message).help(
                 "leave out what has been said already, or declare the unknown that is missing",
             );
             more_places(diagnostic, others, "this one too")
         } else if n_rows < n_columns {
             let message = format!("too few equations: nothing determines {column_names}");
-            Diagnostic::new(Code::E402, of_column(columns[0]), message).help(
+            Diagnostic::new(Code::TooFewEquations, of_column(columns[0]), message).help(
                 "add an equation that determines it, or let a loop begin earlier or end later",
             )
         } else {
             let message = format!(
                 "nothing determines {column_names}, and no unknown is left for {row_names}"
             );
-            let diagnostic = Diagnostic::new(Code::E403, of_column(columns[0]), message)
-                .help("the counts match, but several equations determine the same unknowns");
+            let diagnostic =
+                Diagnostic::new(Code::UndeterminedUnknowns, of_column(columns[0]), message)
+                    .help("the counts match, but several equations determine the same unknowns");
             let spare = row_spans.iter().copied();
             more_places(diagnostic, spare, "one too many for the unknowns in it")
         };
@@ -287,7 +288,7 @@ impl MatchingNames<'_> {
         let message = "equations and elements of arrays cannot be matched as wholes, and there are too \
              many to match them one by one";
         diagnostics.error(
-            Diagnostic::new(Code::E430, span, message)
+            Diagnostic::new(Code::UnsolvableElement, span, message)
                 .help("with a smaller size the message names what is left over"),
         )
     }

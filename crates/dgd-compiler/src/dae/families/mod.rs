@@ -157,7 +157,7 @@ pub(super) fn plan(
                     model.element_name(first)
                 );
                 return Err(diagnostics
-                    .error(Diagnostic::new(Code::E431, equation.span, message).help(
+                    .error(Diagnostic::new(Code::ElementInMode, equation.span, message).help(
                     "let the mode determine an `unknown`, and an equation of all modes the element",
                 )));
             }
@@ -209,7 +209,8 @@ fn solved(
     };
     let refuse = |diagnostics: &mut Diagnostics, why: &str| {
         let message = format!("equation `{}` cannot be solved for {name}: {why}", equation.label);
-        Err(diagnostics.error(Diagnostic::new(Code::E430, equation.span, message).help(
+        Err(diagnostics
+            .error(Diagnostic::new(Code::UnsolvableElement, equation.span, message).help(
             "each derivative of an element stands in one equation, alone and linearly; give what \
              else needs it an `unknown`",
         )))
@@ -268,7 +269,7 @@ fn verify_once(
                 a.label, b.label
             );
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E401, b.span, message)
+                Diagnostic::new(Code::TooManyEquations, b.span, message)
                     .label(a.span, "the other one")
                     .help("leave out what has been said already, or let the loops not overlap"),
             ));
@@ -292,7 +293,7 @@ fn verify_unknowns(
     if !graph.symbols(equation.rest).iter().any(is_unknown) {
         let message = format!("equation `{}` determines nothing", equation.label);
         diagnostics.error(
-            Diagnostic::new(Code::E405, equation.span, message)
+            Diagnostic::new(Code::EquationWithoutUnknown, equation.span, message)
                 .here("no unknown is left in it")
                 .help("it holds always or never; leave it out, or let it read a state"),
         );

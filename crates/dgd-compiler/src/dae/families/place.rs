@@ -105,7 +105,7 @@ pub(in crate::dae) fn place(
     if n_single.checked_add(n_elements).is_none() {
         let span = model.arrays[0].unknown.declared.span;
         let message = "the model has too many unknowns";
-        return Err(diagnostics.error(Diagnostic::new(Code::E230, span, message)));
+        return Err(diagnostics.error(Diagnostic::new(Code::NotAKnownWholeNumber, span, message)));
     }
     let mut rates = ElementRates { model, opened: BTreeMap::new() };
     rates.open(&mut dae, diagnostics);
@@ -295,7 +295,7 @@ impl ElementRates<'_> {
                 let Some((_, family)) = row else {
                     let name = elements_name(self.model, i, 1);
                     let message = format!("no equation gives der({name})");
-                    diagnostics.error(Diagnostic::new(Code::E406, span, message));
+                    diagnostics.error(Diagnostic::new(Code::UndeterminedDerivative, span, message));
                     continue;
                 };
                 let passage = i - u32::try_from(family.first).unwrap_or(u32::MAX);

@@ -44,7 +44,7 @@ pub(super) fn refuse(
     let message = format!(
         "the index is above 1{context}: `{label}` would have to be differentiated{determines}, but {why}"
     );
-    let diagnostic = Diagnostic::new(Code::E404, *span, message);
+    let diagnostic = Diagnostic::new(Code::IrreducibleIndex, *span, message);
     let (help, places) = match obstacle {
         Obstacle::Held(i) => (
             "declare the input as `linear`, or let it act through a lag",
@@ -86,7 +86,7 @@ pub(super) fn no_choice<'a>(
     );
     let mut spans = positions.iter().map(|e| equations[*e].span);
     let first = spans.next().unwrap_or_default();
-    let diagnostic = Diagnostic::new(Code::E404, first, message)
+    let diagnostic = Diagnostic::new(Code::IrreducibleIndex, first, message)
         .help("leave out a constraint that others imply");
     diagnostics.error(more_places(diagnostic, spans, "this one too"))
 }
@@ -121,7 +121,7 @@ pub(super) fn verify_bounds(
         let message =
             format!("`{name}` cannot have a bound, as `{label}` has to be differentiated");
         diagnostics.error(
-            Diagnostic::new(Code::E410, saturation.span, message)
+            Diagnostic::new(Code::BoundOfConstrainedUnknown, saturation.span, message)
                 .label(*span, format!("this determines `{name}` at all times"))
                 .help("describe what happens at the bound by `modes`, with equations for each"),
         );

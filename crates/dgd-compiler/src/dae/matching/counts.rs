@@ -35,7 +35,7 @@ pub(in crate::dae) fn verify_counts(
             empty = Some(
                 diagnostics.error(
                     Diagnostic::new(
-                        Code::E405,
+                        Code::EquationWithoutUnknown,
                         equation.span,
                         format!("equation `{}` determines nothing", equation.label),
                     )
@@ -81,7 +81,7 @@ impl CountMismatch<'_> {
         if n_equations > n_unknowns {
             let spans = spans(&free_equations);
             let diagnostic = Diagnostic::new(
-                Code::E401,
+                Code::TooManyEquations,
                 spans[0],
                 format!("too many equations, {counts}: no unknown is left for {equation_names}"),
             )
@@ -95,7 +95,7 @@ impl CountMismatch<'_> {
         let others = free_unknowns.iter().skip(1).map(|u| self.model.unknowns[*u].declared.span);
         let diagnostic = if n_equations < n_unknowns {
             Diagnostic::new(
-                Code::E402,
+                Code::TooFewEquations,
                 first.span,
                 format!("too few equations, {counts}: nothing determines {unknown_names}"),
             )
@@ -105,7 +105,7 @@ impl CountMismatch<'_> {
             ))
         } else {
             let diagnostic = Diagnostic::new(
-                Code::E403,
+                Code::UndeterminedUnknowns,
                 first.span,
                 format!(
                     "nothing determines {unknown_names}, and no unknown is left for \

@@ -103,7 +103,7 @@ pub(super) fn too_many(item: &Item, count: u32) -> Diagnostic {
             format!("it can stand for up to {MOST_WRITTEN_OUT}"),
         ),
     };
-    Diagnostic::new(Code::E230, item.span, message).help(help)
+    Diagnostic::new(Code::NotAKnownWholeNumber, item.span, message).help(help)
 }
 
 /// Whether two events of a loop are the same: one for each clock and for each watched expression.

@@ -88,8 +88,9 @@ impl<'a> ExprLowering<'a> {
             return Ok(());
         };
         let message = format!("the index `{}` has the name of {what}", index.text);
-        Err(diagnostics
-            .error(Diagnostic::new(Code::E202, index.span, message).help("choose another name")))
+        Err(diagnostics.error(
+            Diagnostic::new(Code::DuplicateName, index.span, message).help("choose another name"),
+        ))
     }
 
     /// An element of an array, or its derivative.
@@ -105,7 +106,7 @@ impl<'a> ExprLowering<'a> {
         let indices = self.whole_indices(&written.indices, diagnostics)?;
         let span = written.array.span;
         let not_an_array = |what: String| {
-            Diagnostic::new(Code::E232, span, what)
+            Diagnostic::new(Code::ArrayAsNumber, span, what)
                 .help("an index stands behind an array declared as in `state p[1..N]`")
         };
         let ExprKind::Name(name) = &written.array.kind else {
@@ -124,7 +125,7 @@ impl<'a> ExprLowering<'a> {
         let no_rate = |what: &str, diagnostics: &mut Diagnostics| {
             let message = format!("`{name}` is {what}, not an array of states");
             Err(diagnostics.error(
-                Diagnostic::new(Code::E209, span, message)
+                Diagnostic::new(Code::NoDerivative, span, message)
                     .label(place, "declared here")
                     .help("only what is declared `state` has a derivative"),
             ))
@@ -286,7 +287,7 @@ impl<'a> ExprLowering<'a> {
         if self.open.contains(&array.name) {
             let message = format!("`{}` depends on itself", array.name);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E206, span, message)
+                Diagnostic::new(Code::CircularDefinition, span, message)
                     .help("an unknown that equations determine can depend on its neighbours"),
             ));
         }
@@ -327,7 +328,7 @@ impl<'a> ExprLowering<'a> {
             let message = format!("an element of `{name}` has {wanted} {noun}, not {given}");
             let span = indices.last().map_or(declared, |index| index.span);
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E232, span, message)
+                Diagnostic::new(Code::ArrayAsNumber, span, message)
                     .label(declared, "declared here")
                     .help(format!("write `{name}{}`", "[…]".repeat(wanted))),
             ));
@@ -373,7 +374,8 @@ impl<'a> ExprLowering<'a> {
         let message =
             format!("`{name}` has no element {element}{when}: it runs from {lower} to {upper}");
         Err(diagnostics.error(
-            Diagnostic::new(Code::E231, index.span, message).label(declared, "declared here"),
+            Diagnostic::new(Code::IndexOutOfRange, index.span, message)
+                .label(declared, "declared here"),
         ))
     }
 }

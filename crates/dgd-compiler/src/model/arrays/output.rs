@@ -44,7 +44,7 @@ impl<'a> ModelResolver<'a> {
                 place.count()
             );
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E230, name.span, message)
+                Diagnostic::new(Code::NotAKnownWholeNumber, name.span, message)
                     .help("name the elements that are wanted: `output last = x[N]`"),
             ));
         }

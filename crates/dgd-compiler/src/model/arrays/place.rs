@@ -94,7 +94,7 @@ impl<'a> ModelScope<'a> {
                         {
                             let message = format!("two indices are called `{}`", index.text);
                             diagnostics.error(
-                                Diagnostic::new(Code::E202, index.span, message)
+                                Diagnostic::new(Code::DuplicateName, index.span, message)
                                     .label(first.index.span, "first here"),
                             );
                         }
@@ -154,7 +154,7 @@ impl<'a> ModelScope<'a> {
             }
         };
         let span = axes[empty.unwrap_or(0)].range.span;
-        Err(diagnostics.error(Diagnostic::new(Code::E230, span, message)))
+        Err(diagnostics.error(Diagnostic::new(Code::NotAKnownWholeNumber, span, message)))
     }
 
     /// Checks that elements that are set from outside, `k[2]`, exist.
@@ -183,7 +183,7 @@ impl<'a> ModelScope<'a> {
                     brackets(&indices),
                     ranges.join("][")
                 );
-                diagnostics.error(Diagnostic::new(Code::E231, value.span, message));
+                diagnostics.error(Diagnostic::new(Code::IndexOutOfRange, value.span, message));
             }
         }
     }
@@ -193,7 +193,7 @@ impl<'a> ModelScope<'a> {
         let Some(earlier) = self.names.get(index.text.as_str()) else { return };
         let message =
             format!("the index `{}` has the name of {}", index.text, earlier.definition.noun());
-        let diagnostic = Diagnostic::new(Code::E202, index.span, message);
+        let diagnostic = Diagnostic::new(Code::DuplicateName, index.span, message);
         let is_built_in = matches!(earlier.definition, NameDefinition::Time | NameDefinition::Pi);
         diagnostics.error(if is_built_in {
             diagnostic.help("choose another name")

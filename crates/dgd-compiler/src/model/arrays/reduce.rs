@@ -45,7 +45,7 @@ impl<'a> ExprLowering<'a> {
                     let message =
                         format!("there is no `{word}` of nothing: no index is in the range");
                     Err(diagnostics.error(
-                        Diagnostic::new(Code::E230, span, message)
+                        Diagnostic::new(Code::NotAKnownWholeNumber, span, message)
                             .help("let the range have an index"),
                     ))
                 }
@@ -90,14 +90,16 @@ impl<'a> ExprLowering<'a> {
         let Some((LoopCounter { index, range }, inner)) = counters.split_first() else {
             self.terms += 1;
             if self.terms > MOST_TERMS {
-                if let Some(said) = diagnostics.said(Code::E230, reduction.body.span) {
+                if let Some(said) =
+                    diagnostics.said(Code::NotAKnownWholeNumber, reduction.body.span)
+                {
                     return Err(said);
                 }
                 let word = reduction.kind.word();
                 let with = if self.terms > terms.len() + 1 { ", with those around it" } else { "" };
                 let message = format!("this `{word}` has more than {MOST_TERMS} terms{with}");
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E230, reduction.body.span, message).help(
+                    Diagnostic::new(Code::NotAKnownWholeNumber, reduction.body.span, message).help(
                         "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array \
                          of `unknown`s",
                     ),

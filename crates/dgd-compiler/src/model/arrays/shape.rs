@@ -89,7 +89,7 @@ impl ArrayShape {
         let Some(IndexExtent { lower, count }) = self.axes.get(axis) else {
             let message = format!("one value of `{name}` is a list itself");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E233, values.span, message)
+                Diagnostic::new(Code::ValueCount, values.span, message)
                     .help("write one value for each element"),
             ));
         };
@@ -107,7 +107,7 @@ impl ArrayShape {
                 ),
             };
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E233, values.span, message)
+                Diagnostic::new(Code::ValueCount, values.span, message)
                     .help(format!("write {count} values, or one for all without a comma")),
             ));
         }

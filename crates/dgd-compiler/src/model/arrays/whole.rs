@@ -55,7 +55,7 @@ pub(in crate::model) fn whole(
 ) -> Result<AffineInteger, ErrorReported> {
     let refuse = |diagnostics: &mut Diagnostics, what: String| {
         Err(diagnostics.error(
-            Diagnostic::new(Code::E230, expr.span, what)
+            Diagnostic::new(Code::NotAKnownWholeNumber, expr.span, what)
                 .help("use whole numbers, sizes and the loop's index, as in `N + 1` or `i - 1`"),
         ))
     };
@@ -157,7 +157,7 @@ pub(in crate::model) fn extent_within(
         if end.slope != 0 {
             let message = "the end of this range moves with the loop";
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E230, expr.span, message)
+                Diagnostic::new(Code::NotAKnownWholeNumber, expr.span, message)
                     .help("let it be the same for all indices, or write the loop out"),
             ));
         }
@@ -183,8 +183,12 @@ fn between(
     match u32::try_from(upper - lower + 1) {
         Ok(count) => Ok(IndexExtent { lower, count }),
         Err(_) => Err(diagnostics.error(
-            Diagnostic::new(Code::E230, span, format!("no index runs from {lower} to {upper}"))
-                .help("write the smaller end first"),
+            Diagnostic::new(
+                Code::NotAKnownWholeNumber,
+                span,
+                format!("no index runs from {lower} to {upper}"),
+            )
+            .help("write the smaller end first"),
         )),
     }
 }
@@ -222,7 +226,7 @@ pub(in crate::model) fn sizes_of<'a>(
                 return Ok(size.at);
             }
             let message = format!("the size `{}` comes to {}", name.text, size.at);
-            Err(diagnostics.error(Diagnostic::new(Code::E230, value.span, message)))
+            Err(diagnostics.error(Diagnostic::new(Code::NotAKnownWholeNumber, value.span, message)))
         });
         sizes.insert(&name.text, size);
         for user in std::mem::take(&mut users[i]) {
@@ -242,5 +246,7 @@ pub(in crate::model) fn sizes_of<'a>(
 
 fn depends_on_itself(name: &Name, value: Span, diagnostics: &mut Diagnostics) -> ErrorReported {
     let message = format!("the size `{}` depends on itself", name.text);
-    diagnostics.error(Diagnostic::new(Code::E206, name.span, message).label(value, "through this"))
+    diagnostics.error(
+        Diagnostic::new(Code::CircularDefinition, name.span, message).label(value, "through this"),
+    )
 }

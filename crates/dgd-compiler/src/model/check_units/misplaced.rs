@@ -33,7 +33,8 @@ pub(in crate::model) fn unit_of_declaration(
         let moved = FixEdit::behind(name.span, format!(" [{}]", behind.text));
         let gone = FixEdit::replace(Span { start: value, ..behind.span }, "");
         diagnostics.error(
-            Diagnostic::new(Code::E302, behind.span, message).fix(Fix::safe(vec![moved, gone])),
+            Diagnostic::new(Code::UnitsOfSides, behind.span, message)
+                .fix(Fix::safe(vec![moved, gone])),
         );
         return Ok(own);
     };
@@ -41,7 +42,7 @@ pub(in crate::model) fn unit_of_declaration(
         "`{}` is declared in `{}`, but its value is in `{}`",
         name.text, declared.symbol, own.symbol
     );
-    let mistake = Diagnostic::new(Code::E302, behind.span, message);
+    let mistake = Diagnostic::new(Code::UnitsOfSides, behind.span, message);
     Err(diagnostics.error(mistake.label(unit.span, "declared so")))
 }
 
@@ -85,7 +86,7 @@ pub(in crate::model) fn quotient_for_derivative(
         is_unknown.then(|| {
             let message = format!("a derivative is written `der({numerator})`");
             let fix = Fix::safe(vec![FixEdit::replace(span, format!("der({numerator})"))]);
-            Diagnostic::new(Code::E201, span, message).fix(fix)
+            Diagnostic::new(Code::UnknownName, span, message).fix(fix)
         })
     })
 }

@@ -96,7 +96,7 @@ impl UnitSpelling {
         one.dim.with(other.dim).ok_or_else(|| {
             let (a, b) = (one.dim.dimension(), other.dim.dimension());
             let message = format!("cannot {doing} {} and {}", self.named(a), self.named(b));
-            Diagnostic::new(Code::E301, other.span, message)
+            Diagnostic::new(Code::IncompatibleUnits, other.span, message)
                 .here(self.this_is(b))
                 .label(one.span, self.this_is(a))
                 .maybe_help(which_is_meant(a, b))
@@ -131,7 +131,7 @@ impl UnitSpelling {
         let LocatedDimension { dim: exponent, span: exponent_span } = exponent;
         if exponent.dimension() != Dimension::ONE {
             return Err(Diagnostic::new(
-                Code::E303,
+                Code::PowerWithUnit,
                 exponent_span,
                 "an exponent must be a plain number",
             )
@@ -146,7 +146,7 @@ impl UnitSpelling {
         }
         let Some(value) = value else {
             return Err(Diagnostic::new(
-                Code::E303,
+                Code::PowerWithUnit,
                 base_span,
                 format!("{} to a power that is not a number has no unit", self.named(base)),
             )
@@ -156,7 +156,7 @@ impl UnitSpelling {
         };
         let fraction = Exponent::from_f64(value).ok_or_else(|| {
             Diagnostic::new(
-                Code::E303,
+                Code::PowerWithUnit,
                 exponent_span,
                 format!("{} to the power {value} has no unit", self.named(base)),
             )
@@ -180,7 +180,7 @@ impl UnitSpelling {
                 for LocatedDimension { dim, span } in arguments {
                     if dim.dimension() != Dimension::ONE {
                         return Err(Diagnostic::new(
-                            Code::E304,
+                            Code::ArgumentWithUnit,
                             *span,
                             format!(
                                 "`{name}` needs a plain number, not {}",
@@ -213,5 +213,5 @@ impl UnitSpelling {
 }
 
 fn too_large(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::E303, span, "the exponents of this unit are too large")
+    Diagnostic::new(Code::PowerWithUnit, span, "the exponents of this unit are too large")
 }

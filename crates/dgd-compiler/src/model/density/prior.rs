@@ -38,7 +38,7 @@ impl<'a> ModelResolver<'a> {
                     let message = "the ends of this prior leave nothing between them";
                     let span = Span { end: second.span.end, ..first.span };
                     return Err(diagnostics.error(
-                        Diagnostic::new(Code::E502, span, message)
+                        Diagnostic::new(Code::ReversedBounds, span, message)
                             .help("write the smaller end first"),
                     ));
                 }
@@ -57,7 +57,7 @@ impl<'a> ModelResolver<'a> {
                 if shape < 1.0 {
                     let message = "below a shape of 1 this density is largest at zero, without end";
                     return Err(diagnostics.error(
-                        Diagnostic::new(Code::E502, first.span, message)
+                        Diagnostic::new(Code::ReversedBounds, first.span, message)
                             .help("write a shape of 1 or more"),
                     ));
                 }
@@ -83,7 +83,7 @@ fn verify_nothing_is_zero(
         unit.symbol
     );
     let help = format!("declare the parameter in `{}`", unit.of_differences().symbol);
-    Err(diagnostics.error(Diagnostic::new(Code::E507, span, message).help(help)))
+    Err(diagnostics.error(Diagnostic::new(Code::NoiseRelativeToOffset, span, message).help(help)))
 }
 
 /// Narrows the bounds of a parameter to the support of its prior, and checks that its value lies there.
@@ -113,6 +113,7 @@ pub(in crate::model) fn within_support(
         unit.symbol
     );
     Err(diagnostics.error(
-        Diagnostic::new(Code::E501, value, message).label(prior, "the prior is declared here"),
+        Diagnostic::new(Code::ValueOutOfBounds, value, message)
+            .label(prior, "the prior is declared here"),
     ))
 }

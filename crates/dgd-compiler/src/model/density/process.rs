@@ -22,7 +22,7 @@ impl<'a> ModelResolver<'a> {
     ) -> Result<ProcessNoise, ErrorReported> {
         let rate = rate_of(unit).map_err(|symbol| {
             let message = format!("the exponents of `{symbol}` are too large");
-            diagnostics.error(Diagnostic::new(Code::E302, expr.span, message))
+            diagnostics.error(Diagnostic::new(Code::UnitsOfSides, expr.span, message))
         })?;
         let typed = self.lowering.in_unit(
             expr,
@@ -38,13 +38,13 @@ impl<'a> ModelResolver<'a> {
             Some(value) if value >= 0.0 && value.is_finite() => Ok(ProcessNoise::Known(value)),
             Some(_) => {
                 let message = "the noise of a state must be zero or above";
-                Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
+                Err(diagnostics.error(Diagnostic::new(Code::SizeNotPositive, expr.span, message)))
             }
             None => {
                 let message =
                     "the noise of a state is a number or a parameter, and this is a formula";
                 Err(diagnostics.error(
-                    Diagnostic::new(Code::E504, expr.span, message)
+                    Diagnostic::new(Code::ValueNotConstant, expr.span, message)
                         .help(format!("declare a parameter in `{}`", rate.symbol)),
                 ))
             }

@@ -89,7 +89,7 @@ impl<'a> ModelResolver<'a> {
             let NoisyOutput { name, unit, .. } = output;
             let message = format!("`{part}` is not a standard deviation in `{}`", unit.symbol);
             return Err(diagnostics
-                .error(Diagnostic::new(Code::E302, expr.span, message).help(format!(
+                .error(Diagnostic::new(Code::UnitsOfSides, expr.span, message).help(format!(
                     "a part of the value is a product: `noise {part}*abs({name})`"
                 ))));
         }
@@ -158,7 +158,11 @@ impl<'a> ModelResolver<'a> {
             }
             Some(value) if value <= 0.0 => {
                 let message = "the noise must be above zero";
-                return Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)));
+                return Err(diagnostics.error(Diagnostic::new(
+                    Code::SizeNotPositive,
+                    expr.span,
+                    message,
+                )));
             }
             Some(value) => return Ok(self.lowering.graph.constant(value)),
             None => {}
@@ -208,7 +212,7 @@ fn verify_differences(expr: &Expr, diagnostics: &mut Diagnostics) -> Result<(), 
                 unit.symbol
             );
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E507, expr.span, message)
+                Diagnostic::new(Code::NoiseRelativeToOffset, expr.span, message)
                     .help(format!("write `{text} [{differences}]`")),
             ));
         }
@@ -240,7 +244,7 @@ fn relative(output: &NoisyOutput<'_>, span: Span) -> Diagnostic {
         "this noise is relative to `{}`, whose unit `{symbol}` has a zero of its own",
         output.name
     );
-    Diagnostic::new(Code::E507, span, message).help(format!(
+    Diagnostic::new(Code::NoiseRelativeToOffset, span, message).help(format!(
         "declare the output in a unit that begins at nothing: `{} [{from_zero}]`",
         output.name
     ))
@@ -251,6 +255,6 @@ fn wrong_arguments(name: &str, unit: &Unit, span: Span) -> Diagnostic {
         "lognormal" => ("1 argument", "lognormal(0.1)".to_owned()),
         _ => ("2 arguments", format!("student(4, 0.1 [{}])", unit.of_differences().symbol)),
     };
-    Diagnostic::new(Code::E204, span, format!("`{name}` takes {expected}"))
+    Diagnostic::new(Code::ArgumentCount, span, format!("`{name}` takes {expected}"))
         .help(format!("write `noise {example}`"))
 }

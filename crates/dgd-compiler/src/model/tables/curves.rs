@@ -37,7 +37,7 @@ impl<'a> ExprLowering<'a> {
             let message =
                 format!("`pchip` needs values that are known, and this one depends on {name}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E512, points[*first].span, message).help(format!(
+                Diagnostic::new(Code::InvalidTablePoints, points[*first].span, message).help(format!(
                     "a table of parameters is `linear` or `natural`: write one of them behind the points of `{}`",
                     table.name.text
                 )),
@@ -82,7 +82,7 @@ impl<'a> ExprLowering<'a> {
             Some(TableInterpolation::Pchip) => {
                 let message = format!("the grid `{}` is `linear` or `cubic`", table.name.text);
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E512, table.name.span, message)
+                    Diagnostic::new(Code::InvalidTablePoints, table.name.span, message)
                         .help("`pchip` goes through the points of one argument"),
                 ));
             }
@@ -125,7 +125,7 @@ impl<'a> ExprLowering<'a> {
             let name = self.first_unknown(point.value, |_| true);
             let message = format!("values of a grid are known, and this one depends on {name}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E512, point.span, message)
+                Diagnostic::new(Code::InvalidTablePoints, point.span, message)
                     .help("values that are fitted stand in a table of one argument"),
             ));
         }
@@ -141,7 +141,7 @@ impl<'a> ExprLowering<'a> {
                         let beside = points.iter().find(|point| point.at[0] == *at);
                         let span = beside.map_or(table.name.span, |point| point.span);
                         return Err(diagnostics.error(
-                            Diagnostic::new(Code::E512, span, message)
+                            Diagnostic::new(Code::InvalidTablePoints, span, message)
                                 .here("a point beside it")
                                 .help("a grid has a point for each pair of its arguments"),
                         ));
@@ -168,7 +168,7 @@ fn verify_count(
     let name = &table.arguments[axis].name.text;
     let message = format!("the table `{}` has points at one `{name}` only", table.name.text);
     Err(diagnostics.error(
-        Diagnostic::new(Code::E512, span, message)
+        Diagnostic::new(Code::InvalidTablePoints, span, message)
             .help("it needs two at least; what is the same everywhere is a `constant`"),
     ))
 }

@@ -109,7 +109,7 @@ impl<'a> ExprLowering<'a> {
         let help =
             "say what the table is there: `beyond hold` or `beyond extend` behind its points";
         Err(diagnostics.error(
-            Diagnostic::new(Code::E513, span, message)
+            Diagnostic::new(Code::ArgumentBeyondTable, span, message)
                 .label(table.name.span, "declared here")
                 .help(help),
         ))

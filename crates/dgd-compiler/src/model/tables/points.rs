@@ -86,7 +86,7 @@ impl<'a> ExprLowering<'a> {
                 let message = format!("`{}` has {} at {place}", table.name.text, fault.what);
                 repeated = Some(
                     diagnostics.error(
-                        Diagnostic::new(Code::E512, second, message)
+                        Diagnostic::new(Code::InvalidTablePoints, second, message)
                             .label(first, "the other one")
                             .help(fault.help),
                     ),
@@ -152,9 +152,9 @@ impl<'a> ExprLowering<'a> {
         let entry = self.scope.names.get(name.as_str()).map(|entry| entry.definition);
         let refuse = |message: String, help: &str, diagnostics: &mut Diagnostics| {
             // Once, not for each point.
-            let known_error = diagnostics.said(Code::E233, array.span);
+            let known_error = diagnostics.said(Code::ValueCount, array.span);
             Err(known_error.unwrap_or_else(|| {
-                diagnostics.error(Diagnostic::new(Code::E233, array.span, message).help(help))
+                diagnostics.error(Diagnostic::new(Code::ValueCount, array.span, message).help(help))
             }))
         };
         let Some(NameDefinition::Vector(vector)) = entry else {
@@ -184,9 +184,9 @@ impl<'a> ExprLowering<'a> {
                 unit.symbol,
                 spelling.being(dimension)
             );
-            let known_error = diagnostics.said(Code::E302, array.span);
+            let known_error = diagnostics.said(Code::UnitsOfSides, array.span);
             return Err(known_error.unwrap_or_else(|| {
-                diagnostics.error(Diagnostic::new(Code::E302, array.span, message))
+                diagnostics.error(Diagnostic::new(Code::UnitsOfSides, array.span, message))
             }));
         }
         let position = place.first + k;
@@ -216,7 +216,7 @@ impl<'a> ExprLowering<'a> {
             let message =
                 format!("a table is the same at all times, but this depends on {culprit}");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E504, expr.span, message)
+                Diagnostic::new(Code::ValueNotConstant, expr.span, message)
                     .help("values of a table are made of numbers, constants and parameters"),
             ));
         }
@@ -260,7 +260,7 @@ fn written<'a>(
         TablePoints::File { path, path_span, rows: None } => {
             let message = format!("`{path}` is not read here");
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E208, *path_span, message)
+                Diagnostic::new(Code::UnusableImport, *path_span, message)
                     .help("a table of an effect has its points written out"),
             ));
         }

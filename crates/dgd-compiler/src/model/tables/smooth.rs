@@ -65,7 +65,7 @@ impl<'a> ExprLowering<'a> {
         if let Some(second) = table.arguments.get(1) {
             let message = "`smooth` is for tables of one argument";
             return Err(diagnostics.error(
-                Diagnostic::new(Code::E514, span, message)
+                Diagnostic::new(Code::SmoothWithoutFittedValues, span, message)
                     .label(second.name.span, "this is another")
                     .help("leave `smooth` out: values of a grid are not fitted"),
             ));
@@ -87,8 +87,10 @@ impl<'a> ExprLowering<'a> {
             let rows = inner.filter_map(|(x, y)| of_point(name, x, y, std));
             return Ok(rows.collect());
         };
-        Err(diagnostics
-            .error(Diagnostic::new(Code::E514, span, message).help("leave `smooth` out")))
+        Err(diagnostics.error(
+            Diagnostic::new(Code::SmoothWithoutFittedValues, span, message)
+                .help("leave `smooth` out"),
+        ))
     }
 
     /// A value as a sum of parameters.
@@ -127,7 +129,7 @@ impl<'a> ExprLowering<'a> {
                 let message =
                     "values of a table with `smooth` are sums of parameters, and this one is not";
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E514, point.span, message)
+                    Diagnostic::new(Code::SmoothWithoutFittedValues, point.span, message)
                         .help("write a parameter, or a sum of some with constant factors"),
                 ));
             };

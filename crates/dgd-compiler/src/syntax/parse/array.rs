@@ -45,7 +45,7 @@ pub(crate) fn element<'a>(
     }
     if let Some((moved, _)) = part::index_at_the_end(input) {
         let message = "the index of a part stands at the end";
-        let diagnostic = Diagnostic::new(Code::E105, input.span_to(&rest), message);
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, input.span_to(&rest), message);
         return input.wrong(diagnostic.help(format!("write `{moved}`")));
     }
     Ok((rest, element))
@@ -119,7 +119,7 @@ pub(super) fn declared<'a>(
         }
         _ if needs_value => {
             return rest.wrong(
-                Diagnostic::new(Code::E111, rest.span(), format!("{what} needs a value")).help(
+                Diagnostic::new(Code::MissingValue, rest.span(), format!("{what} needs a value")).help(
                     "write `= …` behind it: one value for all elements, or `(…, …)` with one for each",
                 ),
             );
@@ -139,7 +139,7 @@ pub(super) fn no_range<'a>(
     if input.first() != Some(TokenKind::Index) || !input.first_text().contains("..") {
         return Ok((input, ()));
     }
-    input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(help))
+    input.wrong(Diagnostic::new(Code::UnexpectedToken, input.span(), message).help(help))
 }
 
 /// The value of an array: an expression, or a parenthesised list with one for each element.
@@ -174,7 +174,7 @@ pub(crate) fn reduction<'a>(
         let known: Vec<&str> = ReductionOperation::ALL.iter().map(|(known, _)| *known).collect();
         let message = format!("`{}` does not go over indices", word.text);
         return input.wrong(
-            Diagnostic::new(Code::E105, input.span(), message)
+            Diagnostic::new(Code::UnexpectedToken, input.span(), message)
                 .help(format!("`for` stands in one of: {}", known.join(", "))),
         );
     };
@@ -197,7 +197,7 @@ fn declared_axis(input: Tokens<'_>) -> ParseResult<'_, ArrayAxis> {
         if !rest.left_has(TokenKind::Range) {
             let message = "an array has a range between its brackets";
             return rest.wrong(
-                Diagnostic::new(Code::E105, brackets, message)
+                Diagnostic::new(Code::UnexpectedToken, brackets, message)
                     .help(format!("write `[1..{}]`", rest.written())),
             );
         }
@@ -210,7 +210,8 @@ fn declared_axis(input: Tokens<'_>) -> ParseResult<'_, ArrayAxis> {
                 inside.written_to(&rest),
                 rest.behind_first().written()
             );
-            return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(help));
+            return rest
+                .wrong(Diagnostic::new(Code::UnexpectedToken, rest.span(), message).help(help));
         }
         if rest.is_empty() {
             Ok((rest, ArrayAxis { index, range }))
@@ -363,7 +364,7 @@ impl<'a> ItemReader<'a, '_> {
                     .to_owned()
             }
         };
-        let diagnostic = Diagnostic::new(Code::E131, self.span(*first), message);
+        let diagnostic = Diagnostic::new(Code::ItemInLoop, self.span(*first), message);
         Some(diagnostic.label(index.span, "the loop's index").help(help))
     }
 
@@ -400,7 +401,7 @@ impl<'a> ItemReader<'a, '_> {
             format!("write `{} NAME{indices}`", words.join(" "))
         };
         self.error(
-            Diagnostic::new(Code::E131, self.span(*token), message)
+            Diagnostic::new(Code::ItemInLoop, self.span(*token), message)
                 .label(counters.first()?.index.span, "the loop's index")
                 .help(help),
         );

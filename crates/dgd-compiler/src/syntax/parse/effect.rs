@@ -69,7 +69,7 @@ fn one_of<'a, T: Copy>(words: &[(&'static str, T)], input: Tokens<'a>) -> ParseR
     let message = format!("expected one of {}, found {word}", spellings.join(", "));
     let near =
         suggestion(input.first_text(), spellings).map(|near| format!("did you mean `{near}`?"));
-    input.wrong(Diagnostic::new(Code::E105, input.span(), message).maybe_help(near))
+    input.wrong(Diagnostic::new(Code::UnexpectedToken, input.span(), message).maybe_help(near))
 }
 
 /// Reads a clause, from its keyword to its last token.

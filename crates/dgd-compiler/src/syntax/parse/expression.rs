@@ -266,7 +266,7 @@ fn pend<'a>(
         (stack.last(), operator)
     {
         return rest.wrong(
-            Diagnostic::new(Code::E109, rest.span(), "comparisons do not chain")
+            Diagnostic::new(Code::UnreadableComparison, rest.span(), "comparisons do not chain")
                 .label(first.span.to(left.span), "this is a comparison already")
                 .help("join two comparisons: `a < b and b < c`"),
         );
@@ -284,8 +284,12 @@ fn operand(input: Tokens<'_>) -> ParseResult<'_, Expr> {
         Some(TokenKind::Name) => match input.first_text() {
             "if" => conditional(input),
             "not" => input.wrong(
-                Diagnostic::new(Code::E105, input.span(), "`not` cannot stand inside a formula")
-                    .help("put the condition into parentheses: `(not a < b)`"),
+                Diagnostic::new(
+                    Code::UnexpectedToken,
+                    input.span(),
+                    "`not` cannot stand inside a formula",
+                )
+                .help("put the condition into parentheses: `(not a < b)`"),
             ),
             word if RESERVED.contains(&word) => input.expected(OPERAND),
             _ => {
@@ -341,7 +345,7 @@ pub(crate) fn close(open: Span, input: Tokens<'_>) -> ParseResult<'_, Span> {
     match input.first() {
         Some(TokenKind::Close) => Ok((input.behind_first(), input.span())),
         None => input.wrong(
-            Diagnostic::new(Code::E115, open, "this `(` is not closed")
+            Diagnostic::new(Code::UnmatchedBracket, open, "this `(` is not closed")
                 .label(input.span(), "expected `)`"),
         ),
         Some(_) => input.expected(CLOSE),
@@ -380,8 +384,12 @@ fn conditional(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     let (rest, condition) = boxed(input.deeper()?.behind_first())?;
     if rest.first() == Some(TokenKind::Equal) {
         return rest.wrong(
-            Diagnostic::new(Code::E109, rest.span(), "numbers are not compared for equality")
-                .help("use `<`, `<=`, `>` or `>=`"),
+            Diagnostic::new(
+                Code::UnreadableComparison,
+                rest.span(),
+                "numbers are not compared for equality",
+            )
+            .help("use `<`, `<=`, `>` or `>=`"),
         );
     }
     let (rest, yes) = branch(rest, "then", "`then` or an operator")?;

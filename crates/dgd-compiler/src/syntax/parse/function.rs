@@ -47,7 +47,7 @@ impl<'a> ItemReader<'a, '_> {
             if body.is_some() {
                 let message = "the value of a function stands in the last line of its block";
                 self.error(
-                    Diagnostic::new(Code::E105, input.span(), message)
+                    Diagnostic::new(Code::UnexpectedToken, input.span(), message)
                         .help("give what comes before it a name: `let NAME = …`"),
                 );
                 return None;
@@ -62,7 +62,7 @@ impl<'a> ItemReader<'a, '_> {
         let Some(body) = body else {
             let message = format!("the function `{}` has no value", name.text);
             self.error(
-                Diagnostic::new(Code::E105, name.span, message)
+                Diagnostic::new(Code::UnexpectedToken, name.span, message)
                     .help("write it in the last line of the block"),
             );
             return None;

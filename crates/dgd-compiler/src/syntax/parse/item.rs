@@ -77,7 +77,7 @@ pub(crate) fn item(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
 /// The reason why no item begins here.
 fn no_item(input: Tokens<'_>) -> Diagnostic {
     let text = input.first_text();
-    let wrong = |message| Diagnostic::new(Code::E116, input.span(), message);
+    let wrong = |message| Diagnostic::new(Code::NotAnItem, input.span(), message);
     if let Some((element, behind)) = part::index_at_the_end(input) {
         return wrong("the index of a part stands at the end".to_owned())
             .help(format!("write `{element}{behind}`"));
@@ -135,7 +135,7 @@ fn value(what: &'static str) -> impl Fn(Tokens<'_>) -> ParseResult<'_, Expr> {
     move |input| match input.first() {
         Some(TokenKind::Equal) => one_value(input.behind_first()),
         None => input.wrong(
-            Diagnostic::new(Code::E111, input.span(), format!("{what} needs a value"))
+            Diagnostic::new(Code::MissingValue, input.span(), format!("{what} needs a value"))
                 .help("write `= …` behind it"),
         ),
         Some(_) => input.expected("`=`"),
@@ -154,7 +154,7 @@ fn one_value(input: Tokens<'_>) -> ParseResult<'_, Expr> {
     let (_, list) = array::value(input)?;
     let count = if let ExprKind::List(values) = &list.kind { values.len() } else { 1 };
     input.wrong(
-        Diagnostic::new(Code::E105, list.span, format!("{count} values for one name"))
+        Diagnostic::new(Code::UnexpectedToken, list.span, format!("{count} values for one name"))
             .help(format!("an array has a range behind its name: `[1..{count}]`")),
     )
 }
@@ -206,7 +206,7 @@ pub(super) fn no_value_of_input(rest: Tokens<'_>) -> ParseResult<'_, ()> {
     if rest.first() == Some(TokenKind::Equal) {
         let message = "an input has no value in the model";
         return rest.wrong(
-            Diagnostic::new(Code::E105, rest.span(), message)
+            Diagnostic::new(Code::UnexpectedToken, rest.span(), message)
                 .help("its values come from the data; a `constant` or `parameter` has one"),
         );
     }
@@ -238,7 +238,7 @@ fn unit(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     if !matches!(value.kind, ExprKind::Number { .. }) {
         let message = "a unit is a number of another unit";
         return rest.wrong(
-            Diagnostic::new(Code::E105, value.span, message)
+            Diagnostic::new(Code::UnexpectedToken, value.span, message)
                 .help(format!("write it so: `unit {} = 0.118 [l]`", name.text)),
         );
     }
@@ -308,7 +308,7 @@ pub(super) fn signature(input: Tokens<'_>) -> ParseResult<'_, (Name, Vec<FormalA
 fn output(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     if let Some((element, _)) = part::index_at_the_end(input) {
         let message = "the index of a part stands at the end";
-        let diagnostic = Diagnostic::new(Code::E105, input.span(), message);
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, input.span(), message);
         return input.wrong(diagnostic.help(format!(
             "`output NAME = {element}` is an output of one, and without an index an output of each"
         )));
@@ -344,7 +344,7 @@ fn labelled(input: Tokens<'_>) -> ParseResult<'_, (Name, Expr, Expr)> {
         (dotted, colon, expression, equal, expression).parse(input)?;
     if rest.first() == Some(TokenKind::Equal) {
         let message = "an equation has one `=`";
-        return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message));
+        return rest.wrong(Diagnostic::new(Code::UnexpectedToken, rest.span(), message));
     }
     Ok((rest, (label, left, right)))
 }
@@ -418,7 +418,7 @@ pub(super) fn attributes<'a>(
             let word = behind.first_text();
             let message = format!("`{word}` has a comma in front of it");
             return input.wrong(
-                Diagnostic::new(Code::E105, input.span(), message)
+                Diagnostic::new(Code::UnexpectedToken, input.span(), message)
                     .fix(Fix::safe(vec![FixEdit::replace(input.span(), " ")])),
             );
         }
@@ -442,7 +442,7 @@ pub(super) fn attributes<'a>(
                 format!("`{earlier}` and `{word}` exclude each other")
             };
             return input.wrong(
-                Diagnostic::new(Code::E108, attribute.span, message)
+                Diagnostic::new(Code::RepeatedAttribute, attribute.span, message)
                     .label(first.span, "given here already"),
             );
         }
@@ -464,7 +464,9 @@ fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> ParseResult
     let text = input.first_text();
     if input.first() == Some(TokenKind::Number) {
         let message = format!("expected an attribute, found the number `{text}`");
-        return input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(DECIMAL_POINT));
+        return input.wrong(
+            Diagnostic::new(Code::UnexpectedToken, input.span(), message).help(DECIMAL_POINT),
+        );
     }
     if input.first() != Some(TokenKind::Name) {
         return input.expected("an attribute");
@@ -483,7 +485,8 @@ fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> ParseResult
             None if allowed.is_empty() => format!("{what} has no attributes"),
             None => format!("{what} can have: {}", allowed.join(", ")),
         };
-        return input.wrong(Diagnostic::new(Code::E107, input.span(), message).help(help));
+        return input
+            .wrong(Diagnostic::new(Code::MisplacedAttribute, input.span(), message).help(help));
     };
     let (rest, kind) = cut(*rule).parse(input.behind_first())?;
     Ok((rest, Attribute { span: input.span_to(&rest), kind }))
@@ -493,7 +496,7 @@ fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> ParseResult
 fn bounds(input: Tokens<'_>) -> ParseResult<'_, AttributeKind> {
     if let Some(pair) = in_brackets(input) {
         return input.wrong(
-            Diagnostic::new(Code::E105, input.span(), "bounds stand without brackets")
+            Diagnostic::new(Code::UnexpectedToken, input.span(), "bounds stand without brackets")
                 .fix(Fix::safe(vec![FixEdit::replace(input.span(), pair)])),
         );
     }
@@ -506,7 +509,7 @@ fn bounds(input: Tokens<'_>) -> ParseResult<'_, AttributeKind> {
         let is_word = rest.first() == Some(TokenKind::Name);
         let upper = if is_word { rest.behind_first() } else { rest }.written();
         return rest.wrong(
-            Diagnostic::new(Code::E105, rest.span(), message)
+            Diagnostic::new(Code::UnexpectedToken, rest.span(), message)
                 .help(format!("write `in {} .. {upper}`", input.written_to(&rest))),
         );
     }

@@ -109,7 +109,7 @@ pub fn tokens(source: SourceId, sources: &SourceMap, diagnostics: &mut Diagnosti
     let text = sources.get(source).text.as_str();
     if i32::try_from(text.len()).is_err() {
         let span = Span { source, start: 0, end: 0 };
-        diagnostics.error(Diagnostic::new(Code::E112, span, "the file is larger than 2 GiB"));
+        diagnostics.error(Diagnostic::new(Code::EmptyFile, span, "the file is larger than 2 GiB"));
         return Vec::new();
     }
     cut(source, text.strip_prefix('\u{feff}').unwrap_or(text), text.len(), &mut |mistake| {
@@ -328,18 +328,18 @@ fn unsound(input: &str) -> (&str, Result<TokenKind, LexicalMistake>) {
         map(unclosed, |piece: &str| {
             let closing = if piece.starts_with('"') { '"' } else { ']' };
             LexicalMistake {
-                code: Code::E104,
+                code: Code::UnclosedText,
                 message: format!("no `{closing}` closes this on its line"),
                 help: None,
             }
         }),
         map(broken_comment, |_| LexicalMistake {
-            code: Code::E101,
+            code: Code::UnexpectedCharacter,
             message: "control character in a comment".to_owned(),
             help: None,
         }),
         map(unexpected, |piece: &str| LexicalMistake {
-            code: Code::E101,
+            code: Code::UnexpectedCharacter,
             message: match piece.chars().next() {
                 Some(c) if c.is_control() => format!("unexpected control character {c:?}"),
                 _ => format!("unexpected character `{}`", shortened(piece)),
@@ -388,7 +388,7 @@ fn number_mistake(piece: &str) -> LexicalMistake {
     let shown = shortened(piece);
     if piece.parse::<f64>().is_ok() && !piece.starts_with('.') && !piece.ends_with('.') {
         return LexicalMistake {
-            code: Code::E103,
+            code: Code::NumberOutOfRange,
             message: format!("`{shown}` is out of the range of numbers"),
             help: Some("numbers reach from about 1e-308 to 1e308"),
         };
@@ -405,7 +405,7 @@ fn number_mistake(piece: &str) -> LexicalMistake {
         "a number has one decimal point at most"
     };
     LexicalMistake {
-        code: Code::E102,
+        code: Code::MalformedNumber,
         message: format!("`{shown}` is not a number"),
         help: Some(help),
     }

@@ -98,7 +98,7 @@ fn read(source: SourceId, sources: &SourceMap) -> (Ast, Vec<UnsoundItem>, Diagno
     let (model, effect, holes) = (reader.model, reader.effect, reader.holes);
     if items.is_empty() && model.is_none() && effect.is_none() && problems.check().is_ok() {
         let span = Span { source, start: 0, end: 0 };
-        problems.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
+        problems.error(Diagnostic::new(Code::EmptyFile, span, "there is nothing in this file"));
     }
     (Ast { source, model, effect, items, imports: Vec::new() }, holes, problems)
 }
@@ -169,7 +169,7 @@ impl<'a, 'd> ItemReader<'a, 'd> {
                 TokenKind::CloseBrace => {
                     let message = "no block is open for this `}`";
                     let span = self.span(*first);
-                    self.error(Diagnostic::new(Code::E115, span, message));
+                    self.error(Diagnostic::new(Code::UnmatchedBracket, span, message));
                     self.take_out(&mut items, span);
                     tokens = rest;
                 }
@@ -188,7 +188,7 @@ impl<'a, 'd> ItemReader<'a, 'd> {
         }
         if let Some(first) = doc.first() {
             let message = "this doc comment belongs to nothing";
-            self.error(Diagnostic::new(Code::E118, self.span(*first), message).help(
+            self.error(Diagnostic::new(Code::DetachedDoc, self.span(*first), message).help(
                 "write it above an item or at the end of its line; a remark begins with `#`",
             ));
         }
@@ -266,7 +266,7 @@ impl<'a, 'd> ItemReader<'a, 'd> {
     fn header(&mut self, input: Tokens<'_>, docs: &[Token], is_first: bool) {
         if !is_first {
             let message = "`model` must be the first item of the file";
-            let diagnostic = Diagnostic::new(Code::E114, input.span(), message);
+            let diagnostic = Diagnostic::new(Code::MisplacedModelLine, input.span(), message);
             let diagnostic = match &self.model {
                 Some(model) => diagnostic.label(model.name.span, "the model is named here"),
                 None => diagnostic,
@@ -286,7 +286,7 @@ impl<'a, 'd> ItemReader<'a, 'd> {
         if !is_first {
             let message = "`effect` must be the first item of the file";
             self.error(
-                Diagnostic::new(Code::E114, input.span(), message)
+                Diagnostic::new(Code::MisplacedModelLine, input.span(), message)
                     .help("an effect stands in a file of its own"),
             );
             return;
@@ -313,7 +313,7 @@ impl<'a, 'd> ItemReader<'a, 'd> {
             None => format!("`{keyword}` belongs in an effect"),
         };
         self.error(
-            Diagnostic::new(Code::E120, input.span(), message)
+            Diagnostic::new(Code::ClauseOutsideEffect, input.span(), message)
                 .help("an effect is a file that begins with `effect NAME on MODEL`"),
         );
     }
@@ -347,7 +347,7 @@ impl<'a, 'd> ItemReader<'a, 'd> {
         if choices.is_empty() {
             let message = format!("variant `{}` has no choices", name.text);
             self.error(
-                Diagnostic::new(Code::E105, name.span, message)
+                Diagnostic::new(Code::UnexpectedToken, name.span, message)
                     .help("write them as `NAME { … }`, the default first"),
             );
             return None;
@@ -382,12 +382,12 @@ impl<'a, 'd> ItemReader<'a, 'd> {
     ) -> Option<()> {
         if let Some(doc) = above.first() {
             let message = "this doc comment belongs to nothing";
-            self.error(Diagnostic::new(Code::E118, self.span(*doc), message));
+            self.error(Diagnostic::new(Code::DetachedDoc, self.span(*doc), message));
         }
         docs.extend(behind.iter().filter(|token| token.kind == TokenKind::Doc));
         if let Some(extra) = behind.iter().find(|token| token.kind != TokenKind::Doc) {
             let message = "expected the end of the line behind a block";
-            self.error(Diagnostic::new(Code::E105, self.span(*extra), message));
+            self.error(Diagnostic::new(Code::UnexpectedToken, self.span(*extra), message));
             return None;
         }
         Some(())
@@ -426,7 +426,7 @@ impl<'a, 'd> ItemReader<'a, 'd> {
             }
         }
         let message = "this `{` is not closed";
-        self.error(Diagnostic::new(Code::E115, self.span(tokens[0]), message));
+        self.error(Diagnostic::new(Code::UnmatchedBracket, self.span(tokens[0]), message));
         None
     }
 

@@ -44,7 +44,7 @@ impl<'a> ItemReader<'a, '_> {
         {
             let message = "`start` stands inside the block";
             self.error(
-                Diagnostic::new(Code::E105, self.span(*start), message)
+                Diagnostic::new(Code::UnexpectedToken, self.span(*start), message)
                     .help("write `start MODE` in a line of its own between `{` and `}`"),
             );
             return None;
@@ -75,7 +75,7 @@ impl<'a> ItemReader<'a, '_> {
                     if let Some(earlier) = always.filter(|_| start.condition.is_none()) {
                         let message = "`start` is given twice";
                         self.error(
-                            Diagnostic::new(Code::E108, start.mode.span, message)
+                            Diagnostic::new(Code::RepeatedAttribute, start.mode.span, message)
                                 .label(earlier.mode.span, "given here already")
                                 .help("say when: `start MODE if CONDITION`"),
                         );
@@ -94,7 +94,7 @@ impl<'a> ItemReader<'a, '_> {
         if modes.is_empty() {
             let message = format!("`{}` has no modes", name.text);
             self.error(
-                Diagnostic::new(Code::E105, name.span, message)
+                Diagnostic::new(Code::UnexpectedToken, name.span, message)
                     .help("write them as `NAME { … }`, the one it starts in first"),
             );
             return None;
@@ -109,7 +109,7 @@ impl<'a> ItemReader<'a, '_> {
         if !is_equation {
             let message = "a mode holds equations only";
             self.error(
-                Diagnostic::new(Code::E130, item.span, message)
+                Diagnostic::new(Code::DeclarationInMode, item.span, message)
                     .label(mode.span, "the mode")
                     .help("move it in front of `modes`: what is declared exists in every mode"),
             );
@@ -155,7 +155,7 @@ impl<'a> ItemReader<'a, '_> {
         if resets.is_empty() {
             let message = format!("this `{word}` does nothing");
             self.error(
-                Diagnostic::new(Code::E105, span, message)
+                Diagnostic::new(Code::UnexpectedToken, span, message)
                     .help("write `{ reset NAME = … }` behind it"),
             );
             return None;
@@ -244,7 +244,7 @@ fn conditions(mut input: Tokens<'_>) -> ParseResult<'_, Vec<CrossingCondition>> 
         }
         if rest.starts_with_word("and") {
             let message = "what is watched is joined by `or` only";
-            return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(
+            return rest.wrong(Diagnostic::new(Code::UnexpectedToken, rest.span(), message).help(
                 "two conditions hold at once when the smaller of two differences, each over its unit, rises \
                  above 0: `when min((x - a)/1 [m], (y - b)/1 [s]) rises above 0`",
             ));
@@ -272,7 +272,7 @@ fn condition(input: Tokens<'_>) -> ParseResult<'_, CrossingCondition> {
             let message = format!("what is watched passes a value, and `{sign}` only compares");
             let (left, right) = (input.written_to(&rest), rest.behind_first().written());
             return rest.wrong(
-                Diagnostic::new(Code::E105, rest.span(), message)
+                Diagnostic::new(Code::UnexpectedToken, rest.span(), message)
                     .help(format!("write `{left} {words} {right}`")),
             );
         }
@@ -289,7 +289,7 @@ fn reset(input: Tokens<'_>) -> ParseResult<'_, ResetClause> {
     if input.first_text() != "reset" && input.second() == Some(TokenKind::Equal) {
         let message = "a new value begins with `reset`";
         let fix = Fix::safe(vec![FixEdit::before(input.span(), "reset ".to_owned())]);
-        return input.wrong(Diagnostic::new(Code::E105, input.span(), message).fix(fix));
+        return input.wrong(Diagnostic::new(Code::UnexpectedToken, input.span(), message).fix(fix));
     }
     let keyword = word("reset", "`reset NAME = …`");
     let equal = token(TokenKind::Equal, "`=`");

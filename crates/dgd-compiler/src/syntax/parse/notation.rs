@@ -65,7 +65,7 @@ pub(super) fn foreign(
         let marked = other.filter(|derivative| derivative.is_marked)?;
         let (of, written) = (marked.of, marked.written(text));
         let message = format!("a derivative is written `der({of})`, not `{written}`");
-        let diagnostic = Diagnostic::new(Code::E105, marked.span, message);
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, marked.span, message);
         let is_fixed = WITH_FORMULAS.contains(&keyword);
         return Some(if is_fixed { diagnostic.fix(Fix::safe(rewritten())) } else { diagnostic });
     }
@@ -74,7 +74,7 @@ pub(super) fn foreign(
     let derivative = derivatives.first().filter(|_| is_equation && !has_label)?;
     let label = declared.label_for(derivative.of);
     let message = "an equation begins with `equation` and a label";
-    let mut diagnostic = Diagnostic::new(Code::E116, first.span(source), message);
+    let mut diagnostic = Diagnostic::new(Code::NotAnItem, first.span(source), message);
     if let Some(other) = other.filter(|other| other.span.start != first.start) {
         diagnostic = diagnostic.label(other.span, format!("this is `der({})`", other.of));
     }

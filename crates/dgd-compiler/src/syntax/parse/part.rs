@@ -43,11 +43,9 @@ pub(super) fn part(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
     let (rest, (name, axes)) = (name, array::axes).parse(input)?;
     if rest.first() == Some(TokenKind::Equal) {
         let message = "a part and its model have `:` between them";
-        return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(format!(
-            "write `part {}: {}`",
-            input.written_to(&rest),
-            rest.behind_first().written()
-        )));
+        return rest.wrong(Diagnostic::new(Code::UnexpectedToken, rest.span(), message).help(
+            format!("write `part {}: {}`", input.written_to(&rest), rest.behind_first().written()),
+        ));
     }
     let (rest, (_, model)) = (colon, model).parse(rest)?;
     let mut arguments = Vec::new();

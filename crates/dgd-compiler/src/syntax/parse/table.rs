@@ -24,7 +24,8 @@ pub(super) fn table(input: Tokens<'_>) -> ParseResult<'_, ItemKind> {
         let message =
             format!("a table has one argument or two, and `{}` is another", more.name.text);
         return rest.wrong(
-            Diagnostic::new(Code::E105, more.name.span, message).help("make it of several tables"),
+            Diagnostic::new(Code::UnexpectedToken, more.name.span, message)
+                .help("make it of several tables"),
         );
     }
     let (rest, unit) = cut(optional_unit).parse(rest)?;
@@ -56,7 +57,7 @@ fn points<'a>(
         if let Some(second) = arguments.get(1) {
             let message = "`at` is for tables of one argument";
             return input.wrong(
-                Diagnostic::new(Code::E105, input.span(), message)
+                Diagnostic::new(Code::UnexpectedToken, input.span(), message)
                     .label(second.name.span, "this is another")
                     .help(format!("write its points: {}", example(arguments))),
             );
@@ -79,13 +80,13 @@ fn points<'a>(
                 abscissae.len(),
                 ordinates.len()
             );
-            return rest.wrong(Diagnostic::new(Code::E105, values, message));
+            return rest.wrong(Diagnostic::new(Code::UnexpectedToken, values, message));
         }
         return Ok((rest, TablePoints::Columns([abscissae, ordinates])));
     }
     if input.first() != Some(TokenKind::Equal) {
         return input.wrong(
-            Diagnostic::new(Code::E111, input.span(), "a table needs its points")
+            Diagnostic::new(Code::MissingValue, input.span(), "a table needs its points")
                 .help(format!("write them behind it: {}", example(arguments))),
         );
     }
@@ -94,14 +95,18 @@ fn points<'a>(
     loop {
         if rest.first() != Some(TokenKind::Open) {
             return rest.wrong(
-                Diagnostic::new(Code::E105, rest.span(), "expected a point of the table")
-                    .help(format!("a point stands between parentheses: {}", example(arguments))),
+                Diagnostic::new(
+                    Code::UnexpectedToken,
+                    rest.span(),
+                    "expected a point of the table",
+                )
+                .help(format!("a point stands between parentheses: {}", example(arguments))),
             );
         }
         if rest.second() == Some(TokenKind::Open) && is_list_of_points(rest) {
             let message = "the points of a table stand without parentheses around them";
             return rest.wrong(
-                Diagnostic::new(Code::E105, rest.span(), message)
+                Diagnostic::new(Code::UnexpectedToken, rest.span(), message)
                     .help(format!("write them one after the other: {}", example(arguments))),
             );
         }
@@ -112,8 +117,12 @@ fn points<'a>(
             let count = numbers.len();
             let noun = if count == 1 { "number" } else { "numbers" };
             return begin.wrong(
-                Diagnostic::new(Code::E105, span, format!("this point has {count} {noun}"))
-                    .help(format!("write each so: {}", example(arguments))),
+                Diagnostic::new(
+                    Code::UnexpectedToken,
+                    span,
+                    format!("this point has {count} {noun}"),
+                )
+                .help(format!("write each so: {}", example(arguments))),
             );
         }
         points.push(TablePoint { span, numbers });
@@ -172,5 +181,5 @@ pub(super) fn beyond(input: Tokens<'_>) -> ParseResult<'_, AttributeKind> {
     );
     let span: Span = input.span();
     let message = "expected `refuse`, `hold` or `extend`";
-    input.wrong(Diagnostic::new(Code::E105, span, message).help(help))
+    input.wrong(Diagnostic::new(Code::UnexpectedToken, span, message).help(help))
 }

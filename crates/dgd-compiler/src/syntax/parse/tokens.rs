@@ -249,7 +249,7 @@ impl ParseStop<'_> {
             Some(TokenKind::Text) => "a text".to_owned(),
             Some(TokenKind::Unit) => {
                 return Diagnostic::new(
-                    Code::E117,
+                    Code::MisplacedUnit,
                     span,
                     format!("no unit can stand here: {text}"),
                 )
@@ -258,19 +258,22 @@ impl ParseStop<'_> {
             }
             Some(TokenKind::Index) => {
                 let message = format!("no index can stand here: {text}");
-                return Diagnostic::new(Code::E105, span, message)
+                return Diagnostic::new(Code::UnexpectedToken, span, message)
                     .here(format!("expected {expected}"))
                     .help("if this is a unit, leave a blank before it");
             }
             Some(TokenKind::Close | TokenKind::CloseBrace) => {
                 let message = format!("no bracket is open for this `{text}`");
-                return Diagnostic::new(Code::E115, span, message)
+                return Diagnostic::new(Code::UnmatchedBracket, span, message)
                     .here(format!("expected {expected}"));
             }
             Some(_) => format!("`{text}`"),
         };
-        let diagnostic =
-            Diagnostic::new(Code::E105, span, format!("expected {expected}, found {token}"));
+        let diagnostic = Diagnostic::new(
+            Code::UnexpectedToken,
+            span,
+            format!("expected {expected}, found {token}"),
+        );
         match at.first() {
             Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('*') => {
                 diagnostic.help("a power is written `a^b`")
@@ -347,7 +350,7 @@ pub(crate) fn name(input: Tokens<'_>) -> ParseResult<'_, Name> {
     }
     if RESERVED.contains(&text) || text == "delay" {
         let message = format!("`{text}` is a word of the language and cannot be a name");
-        return input.wrong(Diagnostic::new(Code::E119, span, message));
+        return input.wrong(Diagnostic::new(Code::ReservedWord, span, message));
     }
     Ok((input.behind_first(), Name { text: text.to_owned(), span }))
 }
@@ -376,6 +379,6 @@ pub(crate) fn members(input: Tokens<'_>) -> ParseResult<'_, Name> {
 }
 
 pub(crate) fn too_deep(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::E106, span, format!("nested more than {NESTING} deep"))
+    Diagnostic::new(Code::NestedTooDeep, span, format!("nested more than {NESTING} deep"))
         .help("name a part of it with `let`")
 }

@@ -29,7 +29,9 @@ pub(in crate::dae) fn verify(
         let Some(unknown) = declared else { continue };
         let message = format!("the history of `{name}` jumps");
         let help = "a history may bend, but not jump; lead from one value to the other by a ramp";
-        diagnostics.error(Diagnostic::new(Code::E503, unknown.declared.span, message).help(help));
+        diagnostics.error(
+            Diagnostic::new(Code::StartReadsUnknown, unknown.declared.span, message).help(help),
+        );
     }
     diagnostics.check()
 }
