@@ -59,8 +59,8 @@ pub use observe::{Observations, observe};
 pub use problem::{Options, PriorState, Problem, WantedResults};
 pub use signal::{Delayed, InputColumn, InputError, Inputs, LimitSide, Segment};
 pub use solution::{
-    Event, Fold, Jump, JumpCause, LateValues, OneSided, Solution, Statistics, UndefinedCause,
-    UndefinedSensitivity, side,
+    DelayedOutputValues, Event, Fold, Jump, JumpCause, OneSided, Solution, Statistics,
+    UndefinedCause, UndefinedSensitivity, side,
 };
 pub use solved::SolvableSystem;
 pub use system::{

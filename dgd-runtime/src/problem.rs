@@ -98,16 +98,16 @@ impl<S: System> Problem<'_, S> {
         }
         let tau = delays(self);
         let mut delayed = Vec::with_capacity(signature.delayed_inputs.len());
-        for late in signature.delayed_inputs.iter() {
-            let value = tau[late.delay];
+        for entry in signature.delayed_inputs.iter() {
+            let value = tau[entry.delay];
             if !(value.is_finite() && value >= 0.0) {
                 return Err(InputError::Delay {
-                    input: signature.inputs[late.input].name.to_string(),
-                    delay: signature.delays[late.delay].to_string(),
+                    input: signature.inputs[entry.input].name.to_string(),
+                    delay: signature.delays[entry.delay].to_string(),
                     value,
                 });
             }
-            delayed.push(Delayed { input: late.input, tau: value });
+            delayed.push(Delayed { input: entry.input, tau: value });
         }
         let inputs = self.inputs.with_delayed(&delayed);
         Ok(Cow::Owned(if past == 0 { inputs } else { inputs.widened(past) }))

@@ -26,7 +26,7 @@ pub struct Solution {
     /// they are undefined.
     pub s: Vec<f64>,
     /// Values at the delayed times of outputs, one entry for each delay that an output has.
-    pub late: Vec<LateValues>,
+    pub delayed_outputs: Vec<DelayedOutputValues>,
     /// Number of discrete numbers n_z; 0 without modes and conditions on time.
     pub n_z: usize,
     /// Discrete numbers, n_z per time: modes, then conditions on time.
@@ -53,7 +53,7 @@ pub struct Solution {
 
 /// Values at the times t − τ, for each requested time t.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LateValues {
+pub struct DelayedOutputValues {
     /// Position among the model's delays.
     pub delay: usize,
     /// τ, s.
@@ -306,7 +306,7 @@ impl Solution {
             y: Vec::new(),
             w: Vec::new(),
             s: Vec::new(),
-            late: Vec::new(),
+            delayed_outputs: Vec::new(),
             n_z: signature.discrete.len(),
             z: Vec::new(),
             n_past: 0,

@@ -98,7 +98,7 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
             | Symbol::SweptInputSlope(..)
             | Symbol::Sensitivity(_)
             | Symbol::SweptSensitivity(_)
-            | Symbol::Late(_)
+            | Symbol::Delayed(_)
             | Symbol::DelayedUnknown(_)
             | Symbol::Past(..)
             | Symbol::Discrete(_) => {

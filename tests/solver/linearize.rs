@@ -142,11 +142,11 @@ impl Equations<'_> {
 fn whole(system: &StateSpace, sizes: &[f64]) -> DMatrix<f64> {
     let (n, m) = (system.a.ncols(), system.b.ncols());
     let (top, bottom) = (system.a.nrows(), system.c.nrows());
-    DMatrix::from_fn(top + bottom, n + m + system.late_a.ncols(), |i, j| {
+    DMatrix::from_fn(top + bottom, n + m + system.delayed_a.ncols(), |i, j| {
         let [x, u, v] = if i < top {
-            [&system.a, &system.b, &system.late_a]
+            [&system.a, &system.b, &system.delayed_a]
         } else {
-            [&system.c, &system.d, &system.late_c]
+            [&system.c, &system.d, &system.delayed_c]
         };
         let i = if i < top { i } else { i - top };
         let entry = if j < n {
@@ -209,7 +209,7 @@ fn matrices_are_differences_of_the_equations() {
                         (late.input == input && tau[late.delay] == 0.0).then_some(n_in + k)
                     }))
                     .collect(),
-                LinearInput::Late { input, tau: by } | LinearInput::Slope { input, tau: by } => {
+                LinearInput::Delayed { input, tau: by } | LinearInput::Slope { input, tau: by } => {
                     among()
                         .filter(|(_, late)| late.input == input && tau[late.delay] == by)
                         .map(|(k, _)| match channel {
@@ -231,12 +231,13 @@ fn matrices_are_differences_of_the_equations() {
         let mut found = 0;
         for (k, late) in signature.delayed_unknowns.iter().enumerate() {
             let place = past.first + past.n_v + k;
-            if linear.late.get(found).is_some_and(|known| known.unknown == late.unknown) {
+            if linear.delayed_unknowns.get(found).is_some_and(|known| known.unknown == late.unknown)
+            {
                 found += 1;
                 add(sizes[late.unknown], &|by, _, u| u[place] += by);
             }
         }
-        assert_eq!(found, linear.late.len(), "{file}");
+        assert_eq!(found, linear.delayed_unknowns.len(), "{file}");
 
         let whole = whole(&linear, &column_sizes);
         for i in 0..whole.nrows() {

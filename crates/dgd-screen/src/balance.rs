@@ -63,9 +63,9 @@ pub enum ImbalanceCause {
     /// This share should be multiplied by 1 + size.
     Gain(usize),
     /// The channel of this share lags by size, s.
-    Late(usize),
+    Lag(usize),
     /// The unknown's reading lags by size, s.
-    UnknownLate,
+    UnknownLag,
     /// There is an additional flow of size, in the unknown's unit per second.
     Flow,
 }
@@ -116,9 +116,9 @@ pub fn imbalance(balance: &Balance<'_>) -> Option<Imbalance> {
     explanations.extend(left.by_factor(ImbalanceCause::Flow, &clock));
     for (share, sums) in sums.iter().enumerate() {
         explanations.extend(left.by_factor(ImbalanceCause::Gain(share), sums));
-        explanations.extend(left.by_delay(ImbalanceCause::Late(share), sums));
+        explanations.extend(left.by_delay(ImbalanceCause::Lag(share), sums));
     }
-    explanations.extend(left.by_delay(ImbalanceCause::UnknownLate, &unknown));
+    explanations.extend(left.by_delay(ImbalanceCause::UnknownLag, &unknown));
     let is_flow = |(_, e): &&(f64, Explanation)| e.cause == ImbalanceCause::Flow;
     let drift = explanations.iter().find(is_flow)?.1.size;
     explanations.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -101,5 +101,5 @@ pub enum ChannelFault {
     /// The second channel's noise is this many times that of the first.
     Noisier(f64),
     /// The second channel lags by this, s.
-    Late(Estimate),
+    Lag(Estimate),
 }

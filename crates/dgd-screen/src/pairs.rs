@@ -46,7 +46,7 @@ pub(crate) fn compared(
             let compared = match compare(record.times, values, [i, j], is_known) {
                 // Either half a period late, or with opposite sign, which is more common.
                 PairComparison::Different { correlation } if is_known && correlation > OPPOSED => {
-                    late_twin(record.times, values, [i, j])
+                    lagging_twin(record.times, values, [i, j])
                         .unwrap_or(PairComparison::Different { correlation })
                 }
                 other => other,
@@ -58,7 +58,11 @@ pub(crate) fn compared(
 }
 
 /// Compares two channels that disagree after aligning their clocks; `None` if they still disagree.
-fn late_twin(times: &[f64], values: [&[f64]; 2], channels: [usize; 2]) -> Option<PairComparison> {
+fn lagging_twin(
+    times: &[f64],
+    values: [&[f64]; 2],
+    channels: [usize; 2],
+) -> Option<PairComparison> {
     let [a, b] = values;
     let (late, spacing) = (shift(times, a, b)?, usual_spacing(times)?);
     let samples = (late.value / spacing).round();
@@ -132,7 +136,7 @@ pub(crate) fn pair_findings(
             if let Some(late) = late {
                 let p = late.p_value_beyond(0.1 * spacing);
                 if p < RARE {
-                    find(ChannelFault::Late(late), p);
+                    find(ChannelFault::Lag(late), p);
                 }
             }
         }

@@ -4,7 +4,7 @@
 //! derivatives too. Those of x^1.5 are not finite at x = 0, but are at the end of any step. This is checked before the
 //! run, so that no run changes its method on the way.
 
-use crate::integrate::late::history;
+use crate::integrate::delay::history;
 use crate::integrate::methods::catalogue::{METHODS, Method};
 use crate::integrate::methods::family::FamilyNeeds;
 use crate::integrate::methods::stepper::SensitivityWorkspace;

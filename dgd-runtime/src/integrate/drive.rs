@@ -1,8 +1,8 @@
 //! Inputs during a run, and the past of delayed unknowns.
 
 use crate::algebraic::InputsAt;
+use crate::integrate::delay::history::{DelayHistory, Discontinuity, PastSolution};
 use crate::integrate::enclosure::{Interval, Tube};
-use crate::integrate::late::history::{DelayHistory, Discontinuity, PastSolution};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;

@@ -17,11 +17,11 @@
 
 pub(crate) mod begin;
 pub(crate) mod controller;
+mod delay;
 pub(crate) mod drive;
 pub(crate) mod enclosure;
 mod events;
 pub(crate) mod fixed_step;
-mod late;
 pub(crate) mod methods;
 pub(crate) mod record;
 mod request;
@@ -35,8 +35,8 @@ use crate::error::IntegrateError;
 use crate::solution::Solution;
 use crate::solved::SolvableSystem;
 use controller::Controller;
-pub use late::history::{HatFunction, HistoryPerturbation, NODES, PastSolution};
-pub use late::memory::{RunMemory, held_by_bounds};
+pub use delay::history::{HatFunction, HistoryPerturbation, NODES, PastSolution};
+pub use delay::memory::{RunMemory, held_by_bounds};
 pub use methods::{catalogue, tableaux};
 pub use request::{
     integrate, simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities,

@@ -1,11 +1,11 @@
 //! The public functions that simulate, and the checks of their arguments.
 
 use crate::error::{BadRequest, Failure, IntegrateError};
+use crate::integrate::delay::history;
 use crate::integrate::fixed_step::{self, Steps};
-use crate::integrate::late::history;
 use crate::integrate::methods::stepper::SensitivityWorkspace;
 use crate::integrate::simulation::Simulation;
-use crate::observe::delay::LateTimes;
+use crate::observe::delay::DelayedOutputTimes;
 use crate::observe::observe;
 use crate::problem::{Options, Problem, WantedResults};
 use crate::signal::InputError;
@@ -130,15 +130,16 @@ fn run<S: SolvableSystem>(
         verify_chosen(problem, chosen.unwrap_or_default())?;
         history::verify(problem, n_s > 0)?;
         options.method.kind.verify(problem, options.method.name)?;
-        let late = if wanted.is_remembered() { None } else { LateTimes::new(problem, times)? };
-        Ok((late, problem.inputs_read().map_err(IntegrateError::Inputs)?))
+        let delayed =
+            if wanted.is_remembered() { None } else { DelayedOutputTimes::new(problem, times)? };
+        Ok((delayed, problem.inputs_read().map_err(IntegrateError::Inputs)?))
     });
-    let (late, inputs) = match verified {
+    let (delayed, inputs) = match verified {
         Ok(verified) => verified,
         Err(error) => return Err(Failure { error, partial: Box::new(solution) }),
     };
     let read = Problem { inputs: &inputs, ..*problem };
-    let all_times = late.as_ref().map_or(times, |late| &late.all);
+    let all_times = delayed.as_ref().map_or(times, |delayed| &delayed.all);
     let outcome = match options.steps {
         Steps::PerSample(per_sample) => {
             let outcome =
@@ -153,8 +154,8 @@ fn run<S: SolvableSystem>(
             run_to(&read, all_times, options, directions, wanted, &mut solution)
         }
     };
-    if let Some(late) = late {
-        solution = late.split(times, solution);
+    if let Some(delayed) = delayed {
+        solution = delayed.split(times, solution);
     }
     match outcome {
         Ok(()) => Ok(solution),

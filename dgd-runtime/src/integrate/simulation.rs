@@ -4,11 +4,11 @@
 #![allow(clippy::inline_always)]
 
 use crate::algebraic::AlgebraicSystem;
+use crate::integrate::delay::discontinuities::Discontinuities;
+use crate::integrate::delay::memory::RunMemory;
+use crate::integrate::delay::moving_jump::MovingJumps;
 use crate::integrate::drive::InputCursor;
 use crate::integrate::events::{HybridState, JumpWorkspace};
-use crate::integrate::late::discontinuities::Discontinuities;
-use crate::integrate::late::memory::RunMemory;
-use crate::integrate::late::moving_jump::MovingJumps;
 use crate::integrate::methods::catalogue::Method;
 use crate::integrate::methods::stepper::{SensitivityWorkspace, StepBase, Stepper};
 use crate::integrate::record::projection::Projection;

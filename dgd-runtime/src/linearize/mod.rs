@@ -68,7 +68,7 @@ pub enum LinearInput {
     /// The input at this position.
     Input(usize),
     /// The same, delayed by τ.
-    Late {
+    Delayed {
         /// Position of the input.
         input: usize,
         /// τ, s.
@@ -88,7 +88,7 @@ impl LinearInput {
     pub fn input(self) -> usize {
         match self {
             LinearInput::Input(input)
-            | LinearInput::Late { input, .. }
+            | LinearInput::Delayed { input, .. }
             | LinearInput::Slope { input, .. } => input,
         }
     }
@@ -96,7 +96,7 @@ impl LinearInput {
 
 /// A delayed unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LateUnknown {
+pub struct LinearDelay {
     /// Position of the unknown.
     pub unknown: usize,
     /// τ at the point, s. If τ varies, its derivatives are included in A, B, C and D.
@@ -110,8 +110,8 @@ pub struct LateUnknown {
 /// | `a` | A | n_x × n_x | SI unit of the row's state, over that of the column's, per s |
 /// | `b` | B | n_x × n_m | the same, over that of the column's channel |
 /// | `c`, `d` | C, D | n_w × n_x, n_w × n_m | SI unit of the row's output, over that of the column |
-/// | `late_a`, `late_c` | A₁, C₁ | n_x × n_v, n_w × n_v | the same with delayed unknowns for columns |
-/// | `late_x`, `late_u`, `late_v` | E, F, G | n_v × n_x, n_v × n_m, n_v × n_v | of delayed unknowns |
+/// | `delayed_a`, `delayed_c` | A₁, C₁ | n_x × n_v, n_w × n_v | the same with delayed unknowns for columns |
+/// | `delayed_x`, `delayed_u`, `delayed_v` | E, F, G | n_v × n_x, n_v × n_m, n_v × n_v | of delayed unknowns |
 /// | `by_x`, `by_u`, `by_v` | ∂y_a/∂(x, u, v) | n_a × n_x, n_a × n_m, n_a × n_v | of eliminated unknowns |
 /// | `rates` | ẋ at the point | n_x | SI unit of the state, per s |
 /// | `u`, `v`, `w` | at the point | n_m, n_v, n_w | SI units |
@@ -124,7 +124,7 @@ pub struct StateSpace {
     /// External inputs: the declared inputs, then their delayed values and slopes that equations read.
     pub channels: Vec<LinearInput>,
     /// Delayed unknowns.
-    pub late: Vec<LateUnknown>,
+    pub delayed_unknowns: Vec<LinearDelay>,
     /// Delay τ of each output: its rows are those of w(t + τ).
     pub output_delays: Vec<f64>,
     /// ∂ẋ/∂x.
@@ -136,15 +136,15 @@ pub struct StateSpace {
     /// ∂w/∂u.
     pub d: DMatrix<f64>,
     /// ∂ẋ/∂v.
-    pub late_a: DMatrix<f64>,
+    pub delayed_a: DMatrix<f64>,
     /// ∂w/∂v.
-    pub late_c: DMatrix<f64>,
+    pub delayed_c: DMatrix<f64>,
     /// ∂r/∂x.
-    pub late_x: DMatrix<f64>,
+    pub delayed_x: DMatrix<f64>,
     /// ∂r/∂u.
-    pub late_u: DMatrix<f64>,
+    pub delayed_u: DMatrix<f64>,
     /// ∂r/∂v.
-    pub late_v: DMatrix<f64>,
+    pub delayed_v: DMatrix<f64>,
     /// ∂y_a/∂x.
     pub by_x: DMatrix<f64>,
     /// ∂y_a/∂u.
@@ -187,26 +187,26 @@ pub fn linearize<S: SolvableSystem>(
     let slopes = LinearSlopes::new(system, point, &columns.places, columns.len())?;
     let elimination = Elimination::new(system, point, &slopes.f)?;
     let (n_x, n_m) = (elimination.states.len(), columns.channels.len());
-    let n_v = columns.late.len();
+    let n_v = columns.delayed_unknowns.len();
     let split = |rows: &DMatrix<f64>| {
         let part = |from, count| rows.columns(from, count).into_owned();
         [part(0, n_x), part(n_x, n_m), part(n_x + n_m, n_v)]
     };
-    let [a, b, late_a] = split(&elimination.of_states(&slopes.f));
-    let [c, d, late_c] = split(&elimination.reduced(&slopes.w));
+    let [a, b, delayed_a] = split(&elimination.of_states(&slopes.f));
+    let [c, d, delayed_c] = split(&elimination.reduced(&slopes.w));
     let Elimination { states, eliminated, follows, .. } = elimination;
     let [by_x, by_u, by_v] = split(&follows);
     // r: a state itself, or the expression for an eliminated unknown.
     let mut sources = DMatrix::zeros(n_v, n_x + n_m + n_v);
-    for (k, late) in columns.late.iter().enumerate() {
-        if let Ok(state) = states.binary_search(&late.unknown) {
+    for (k, delayed) in columns.delayed_unknowns.iter().enumerate() {
+        if let Ok(state) = states.binary_search(&delayed.unknown) {
             sources[(k, state)] = 1.0;
         } else {
-            let row = eliminated.partition_point(|i| *i < late.unknown);
+            let row = eliminated.partition_point(|i| *i < delayed.unknown);
             sources.set_row(k, &follows.row(row));
         }
     }
-    let [late_x, late_u, late_v] = split(&sources);
+    let [delayed_x, delayed_u, delayed_v] = split(&sources);
 
     let tau = delays(problem);
     let output_delays =
@@ -216,17 +216,17 @@ pub fn linearize<S: SolvableSystem>(
         states,
         eliminated,
         channels: columns.channels,
-        late: columns.late,
+        delayed_unknowns: columns.delayed_unknowns,
         output_delays,
         a,
         b,
         c,
         d,
-        late_a,
-        late_c,
-        late_x,
-        late_u,
-        late_v,
+        delayed_a,
+        delayed_c,
+        delayed_x,
+        delayed_u,
+        delayed_v,
         by_x,
         by_u,
         by_v,
@@ -265,7 +265,7 @@ impl StateSpace {
 /// The meaning of the columns after those of the unknowns, and their positions in u.
 struct SlopeColumns {
     channels: Vec<LinearInput>,
-    late: Vec<LateUnknown>,
+    delayed_unknowns: Vec<LinearDelay>,
     /// Their values at the point.
     u: Vec<f64>,
     v: Vec<f64>,
@@ -280,7 +280,7 @@ impl SlopeColumns {
     ) -> Result<Self, LinearizeError> {
         let signature = problem.system.signature();
         let tau = delays(problem);
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
         let [_, of_outputs, _] = &signature.output_jacobians;
         let is_read = |column: usize| {
             let read = |pattern: &Pattern| pattern.positions().any(|(_, c)| c == column);
@@ -293,24 +293,24 @@ impl SlopeColumns {
             channels.push(LinearInput::Input(i));
             u.push(*value);
         }
-        for (k, late) in signature.delayed_inputs.iter().enumerate() {
-            let (input, tau) = (late.input, tau[late.delay]);
+        for (k, delayed) in signature.delayed_inputs.iter().enumerate() {
+            let (input, tau) = (delayed.input, tau[delayed.delay]);
             if tau == 0.0 {
                 places[n_in + k] = Some(input);
             } else if is_read(n_in + k) {
                 places[n_in + k] = Some(channels.len());
-                channels.push(LinearInput::Late { input, tau });
+                channels.push(LinearInput::Delayed { input, tau });
                 u.push(at.u[n_in + k]);
             }
-            if is_read(n_in + n_late + k) {
-                places[n_in + n_late + k] = Some(channels.len());
+            if is_read(n_in + n_delayed + k) {
+                places[n_in + n_delayed + k] = Some(channels.len());
                 channels.push(LinearInput::Slope { input, tau });
-                u.push(at.u[n_in + n_late + k]);
+                u.push(at.u[n_in + n_delayed + k]);
             }
         }
 
         let past = signature.past();
-        let mut late = Vec::new();
+        let mut linear_delays = Vec::new();
         for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
             // With a delay of zero the value is the current one, which is in the Jacobian.
             if at.u[past.held().start + k] == 0.0 {
@@ -328,16 +328,16 @@ impl SlopeColumns {
                 return Err(LinearizeError::LateSlope { unknown });
             }
             if is_read(past.values().start + k) {
-                places[past.values().start + k] = Some(channels.len() + late.len());
-                late.push(LateUnknown { unknown: delayed.unknown, tau });
+                places[past.values().start + k] = Some(channels.len() + linear_delays.len());
+                linear_delays.push(LinearDelay { unknown: delayed.unknown, tau });
                 v.push(at.u[past.values().start + k]);
             }
         }
-        Ok(Self { channels, late, u, v, places })
+        Ok(Self { channels, delayed_unknowns: linear_delays, u, v, places })
     }
 
     fn len(&self) -> usize {
-        self.channels.len() + self.late.len()
+        self.channels.len() + self.delayed_unknowns.len()
     }
 }
 

@@ -111,8 +111,8 @@ impl ParametricModel {
     ) -> Result<Self, NotLinearised> {
         let system = problem.system;
         let signature = system.signature();
-        if let Some(late) = signature.delayed_unknowns.first() {
-            let unknown = signature.unknowns.name(late.unknown).to_string();
+        if let Some(delayed) = signature.delayed_unknowns.first() {
+            let unknown = signature.unknowns.name(delayed.unknown).to_string();
             return Err(NotLinearised::LateUnknown { unknown });
         }
         let from = times.first().copied().unwrap_or(0.0);
@@ -381,16 +381,16 @@ impl<S: SolvableSystem> MovingDerivatives<'_, S> {
     /// du₀/dθ, by columns: delayed inputs change with their delays.
     fn inputs_moved(&self) -> Vec<f64> {
         let signature = self.problem.system.signature();
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
         let (n_u, n_s) = (signature.n_u(), signature.directions.len());
         let mut moved = vec![0.0; n_u * n_s];
-        if n_late > 0 {
+        if n_delayed > 0 {
             let dtau = delay_sensitivities(self.problem);
             for (column, dtau) in
                 moved.chunks_exact_mut(n_u).zip(dtau.chunks_exact(signature.delays.len()))
             {
-                for (k, late) in signature.delayed_inputs.iter().enumerate() {
-                    column[n_in + k] = -self.point.u[n_in + n_late + k] * dtau[late.delay];
+                for (k, delayed) in signature.delayed_inputs.iter().enumerate() {
+                    column[n_in + k] = -self.point.u[n_in + n_delayed + k] * dtau[delayed.delay];
                 }
             }
         }
@@ -429,21 +429,22 @@ impl<S: SolvableSystem> MovingDerivatives<'_, S> {
     fn forget_slopes(&self, f: &mut [DMatrix<f64>]) {
         let signature = self.problem.system.signature();
         let n = signature.unknowns.len();
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
-        if n_late == 0 {
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
+        if n_delayed == 0 {
             return;
         }
         let dtau = delay_sensitivities(self.problem);
         let reads_slope = |k: usize| {
-            let slope = n_in + n_late + k;
+            let slope = n_in + n_delayed + k;
             signature.input_jacobian.positions().any(|(_, column)| column == slope)
         };
         for (f, dtau) in f.iter_mut().zip(dtau.chunks_exact(signature.delays.len())) {
-            for (k, late) in signature.delayed_inputs.iter().enumerate() {
+            for (k, delayed) in signature.delayed_inputs.iter().enumerate() {
                 if reads_slope(k) {
-                    let by_late = self.linear.slopes.f.column(n + n_in + k) * dtau[late.delay];
-                    let mut column = f.column_mut(n + n_in + n_late + k);
-                    column += by_late;
+                    let by_delayed =
+                        self.linear.slopes.f.column(n + n_in + k) * dtau[delayed.delay];
+                    let mut column = f.column_mut(n + n_in + n_delayed + k);
+                    column += by_delayed;
                 }
             }
         }

@@ -122,14 +122,15 @@ pub(super) fn poles(
     system: &StateSpace,
     conserved: &[ConservedCombination],
 ) -> Result<Poles, LinearizeError> {
-    if system.late.is_empty() {
+    if system.delayed_unknowns.is_empty() {
         let mut poles = eigenvalues(&without(&system.a, &system.states, conserved))?;
         let zero = Pole { re: 0.0, im: 0.0, rounding: 0.0 };
         poles.extend(conserved.iter().map(|_| zero));
         sort(&mut poles);
         return Ok(Poles { poles, complete: true, certain: true });
     }
-    let longest = system.late.iter().fold(0.0_f64, |longest, late| longest.max(late.tau));
+    let longest =
+        system.delayed_unknowns.iter().fold(0.0_f64, |longest, delayed| longest.max(delayed.tau));
     let [least, most] = INTERVALS;
     let wanted = radius(system).map(|radius| (2.0 * radius * longest).ceil());
     let intervals = wanted.map_or(least, |wanted| (wanted as usize).clamp(least, most));
@@ -162,11 +163,11 @@ pub(super) fn poles(
 /// entries are bounded by those of |A| + |A₁| (1 + |G| + |G|² + …) |E|. `None` if delayed unknowns depend on each other
 /// in a cycle, so that the sum does not end.
 fn radius(system: &StateSpace) -> Option<f64> {
-    let mut way = system.late_x.abs();
+    let mut way = system.delayed_x.abs();
     let mut bound = system.a.abs();
-    for _ in 0..=system.late.len() {
-        bound += system.late_a.abs() * &way;
-        way = system.late_v.abs() * way;
+    for _ in 0..=system.delayed_unknowns.len() {
+        bound += system.delayed_a.abs() * &way;
+        way = system.delayed_v.abs() * way;
     }
     balance_parlett_reinsch(&mut bound);
     let largest = bound.row_iter().map(|row| row.sum()).fold(0.0, f64::max);
@@ -220,20 +221,20 @@ fn of_block(mut matrix: DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
 /// The matrix of the states and the history in transit: x, then for each delayed unknown r at the Chebyshev points
 /// after the first, at which r = E x + G v.
 fn transported(system: &StateSpace, intervals: usize) -> DMatrix<f64> {
-    let (n, n_v) = (system.a.nrows(), system.late.len());
+    let (n, n_v) = (system.a.nrows(), system.delayed_unknowns.len());
     let len = n + n_v * intervals;
     let place = |k: usize, point: usize| n + k * intervals + point - 1;
     let derivative = chebyshev_derivative(intervals);
     let mut matrix = DMatrix::zeros(len, len);
     matrix.view_mut((0, 0), (n, n)).copy_from(&system.a);
-    for (k, late) in system.late.iter().enumerate() {
+    for (k, delayed) in system.delayed_unknowns.iter().enumerate() {
         // v_k is r_k at the last point.
         let column = place(k, intervals);
         for i in 0..n {
-            matrix[(i, column)] += system.late_a[(i, k)];
+            matrix[(i, column)] += system.delayed_a[(i, k)];
         }
         // θ = τ (ξ − 1)/2 for −1 ≤ ξ ≤ 1.
-        let per_time = 2.0 / late.tau;
+        let per_time = 2.0 / delayed.tau;
         for point in 1..=intervals {
             let row = place(k, point);
             for other in 1..=intervals {
@@ -241,10 +242,10 @@ fn transported(system: &StateSpace, intervals: usize) -> DMatrix<f64> {
             }
             let first = per_time * derivative[(point, 0)];
             for i in 0..n {
-                matrix[(row, i)] += first * system.late_x[(k, i)];
+                matrix[(row, i)] += first * system.delayed_x[(k, i)];
             }
             for j in 0..n_v {
-                matrix[(row, place(j, intervals))] += first * system.late_v[(k, j)];
+                matrix[(row, place(j, intervals))] += first * system.delayed_v[(k, j)];
             }
         }
     }
@@ -271,7 +272,7 @@ fn chebyshev_derivative(n: usize) -> DMatrix<f64> {
 
 /// The solution of det Δ(s) = 0 next to a candidate, by Newton's method: s ← s − 1/tr(Δ⁻¹ Δ').
 fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole> {
-    let (n, n_v) = (system.a.nrows(), system.late.len());
+    let (n, n_v) = (system.a.nrows(), system.delayed_unknowns.len());
     let mut s = Complex::new(candidate.re, candidate.im);
     for _ in 0..MOST_CORRECTIONS {
         let mut delta = DMatrix::from_element(n + n_v, n + n_v, Complex::new(0.0, 0.0));
@@ -283,16 +284,16 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
             delta[(i, i)] += s;
             slope[(i, i)].re = 1.0;
             for k in 0..n_v {
-                delta[(i, n + k)].re = -system.late_a[(i, k)];
+                delta[(i, n + k)].re = -system.delayed_a[(i, k)];
             }
         }
-        for (k, late) in system.late.iter().enumerate() {
-            let shift = (-s * late.tau).exp();
-            let (of_x, of_v) = (system.late_x.row(k), system.late_v.row(k));
+        for (k, delayed) in system.delayed_unknowns.iter().enumerate() {
+            let shift = (-s * delayed.tau).exp();
+            let (of_x, of_v) = (system.delayed_x.row(k), system.delayed_v.row(k));
             for (column, source) in of_x.iter().chain(of_v.iter()).enumerate() {
                 let source = *source;
                 delta[(n + k, column)] -= shift * source;
-                slope[(n + k, column)] += shift * source * late.tau;
+                slope[(n + k, column)] += shift * source * delayed.tau;
             }
             delta[(n + k, n + k)].re += 1.0;
         }

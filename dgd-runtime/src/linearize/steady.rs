@@ -246,7 +246,7 @@ impl<'a, S: SolvableSystem> SteadySearch<'a, S> {
                 continue;
             }
             select_states(self.problem.system, self.point(&y, &[]), &mut z, &mut e);
-            return Some(SteadyState { at: self.seen_late(y, z), conserved });
+            return Some(SteadyState { at: self.seen_delayed(y, z), conserved });
         }
         None
     }
@@ -283,7 +283,7 @@ impl<'a, S: SolvableSystem> SteadySearch<'a, S> {
             if rests || self.holds(&y, &z, &mut e) {
                 self.polish(&mut y, &z);
                 select_states(system, self.point(&y, &[]), &mut z, &mut e);
-                return Some(self.seen_late(y, z));
+                return Some(self.seen_delayed(y, z));
             }
             let before = z.clone();
             choose_sides(system, self.point(&y, &[]), &mut e, &mut z);
@@ -328,7 +328,7 @@ impl<'a, S: SolvableSystem> SteadySearch<'a, S> {
     }
 
     /// The point as a run at rest would see it, with a constant past of delayed unknowns.
-    fn seen_late(&self, y: Vec<f64>, z: Vec<f64>) -> OperatingPoint {
+    fn seen_delayed(&self, y: Vec<f64>, z: Vec<f64>) -> OperatingPoint {
         let signature = self.problem.system.signature();
         let mut u = self.u.clone();
         let past = signature.past();

@@ -9,5 +9,5 @@ pub use crate::integrate::{
     verify_request,
 };
 pub use crate::linearize::{LinearMatrices, ParametricModel, Responses};
-pub use crate::observe::delay::{LateTimes, delay_sensitivities, delays};
+pub use crate::observe::delay::{DelayedOutputTimes, delay_sensitivities, delays};
 pub use crate::problem::{parameter_size, unknown_sizes};

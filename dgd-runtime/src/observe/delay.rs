@@ -7,11 +7,11 @@
 use crate::error::{BadRequest, IntegrateError};
 use crate::problem::Problem;
 use crate::signal::LimitSide;
-use crate::solution::{LateValues, Solution, side};
+use crate::solution::{DelayedOutputValues, Solution, side};
 use crate::system::{EvaluationPoint, System};
 
 /// The times of a run with delayed outputs.
-pub struct LateTimes {
+pub struct DelayedOutputTimes {
     /// All times needed, ascending; twice where a left limit is needed.
     pub all: Vec<f64>,
     /// Positions of the requested times in `all`.
@@ -49,12 +49,12 @@ pub fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
     dtau
 }
 
-impl LateTimes {
+impl DelayedOutputTimes {
     /// The times that a run needs for outputs at all requested `times`, which ascend; `None` if no output has a delay.
     pub fn new<S: System>(
         problem: &Problem<'_, S>,
         times: &[f64],
-    ) -> Result<Option<LateTimes>, IntegrateError> {
+    ) -> Result<Option<DelayedOutputTimes>, IntegrateError> {
         let signature = problem.system.signature();
         let mut used: Vec<usize> = signature.outputs.iter().filter_map(|w| w.delay).collect();
         used.sort_unstable();
@@ -109,7 +109,7 @@ impl LateTimes {
             .zip(rows)
             .map(|(&delay, rows)| DelayClock { delay, tau: tau[delay], rows: rows.collect() })
             .collect();
-        Ok(Some(LateTimes { all: all_times, asked: first, clocks }))
+        Ok(Some(DelayedOutputTimes { all: all_times, asked: first, clocks }))
     }
 
     /// The solution at the requested `times`, from that at all times or at the first of them.
@@ -118,7 +118,7 @@ impl LateTimes {
         let (y, s, z) = pick(&all, &self.asked[..reached]);
         let past = self.asked[..reached].iter().flat_map(|row| all.past(*row));
         let past = past.copied().collect();
-        let late = self
+        let delayed = self
             .clocks
             .iter()
             .map(|DelayClock { delay, tau, rows }| {
@@ -126,10 +126,18 @@ impl LateTimes {
                 let (y, s, z) = pick(&all, rows);
                 let times = rows.iter().map(|row| self.all[*row]).collect();
                 let past = rows.iter().flat_map(|row| all.past(*row)).copied().collect();
-                LateValues { delay: *delay, tau: *tau, times, y, s, z, past }
+                DelayedOutputValues { delay: *delay, tau: *tau, times, y, s, z, past }
             })
             .collect();
-        Solution { times: times[..reached].to_vec(), y, s, z, past, late, ..all }
+        Solution {
+            times: times[..reached].to_vec(),
+            y,
+            s,
+            z,
+            past,
+            delayed_outputs: delayed,
+            ..all
+        }
     }
 }
 

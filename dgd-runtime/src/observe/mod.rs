@@ -9,7 +9,7 @@ use crate::discrete::discrete_numbers;
 use crate::observe::delay::delay_sensitivities;
 use crate::problem::Problem;
 use crate::signal::{Inputs, LimitSide};
-use crate::solution::{LateValues, Solution};
+use crate::solution::{DelayedOutputValues, Solution};
 use crate::solved::SolvableSystem;
 use crate::system::{EvaluationPoint, Storage};
 
@@ -84,8 +84,8 @@ pub fn observe<S: SolvableSystem>(problem: &Problem<'_, S>, solution: &Solution)
             system.output_sensitivities(point, solution.s(k), w, dw);
         }
     }
-    for late in &solution.late {
-        DelayedOutputs::new(problem, &inputs, solution, late).read(&mut observations);
+    for delayed in &solution.delayed_outputs {
+        DelayedOutputs::new(problem, &inputs, solution, delayed).read(&mut observations);
     }
     observations
 }
@@ -95,7 +95,7 @@ struct DelayedOutputs<'a, S: SolvableSystem> {
     problem: &'a Problem<'a, S>,
     inputs: &'a Inputs,
     solution: &'a Solution,
-    late: &'a LateValues,
+    values: &'a DelayedOutputValues,
     /// The outputs read with this delay.
     outputs: Vec<usize>,
     /// ∂τ/∂θ, n_s.
@@ -112,23 +112,26 @@ impl<'a, S: SolvableSystem> DelayedOutputs<'a, S> {
         problem: &'a Problem<'a, S>,
         inputs: &'a Inputs,
         solution: &'a Solution,
-        late: &'a LateValues,
+        delayed: &'a DelayedOutputValues,
     ) -> Self {
         let signature = problem.system.signature();
         let outputs = signature.outputs.iter().enumerate();
         let n_tau = signature.delays.len();
         let dtau = if solution.n_s == 0 { Vec::new() } else { delay_sensitivities(problem) };
         // The sizes of unknowns are those at the start.
-        let first = late.y.get(..solution.n).unwrap_or(&[]);
+        let first = delayed.y.get(..solution.n).unwrap_or(&[]);
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         let lengths = [by_y.len(), by_u.len(), by_p.len(), signature.outputs.len()];
         DelayedOutputs {
             problem,
             inputs,
             solution,
-            late,
-            outputs: outputs.filter(|(_, w)| w.delay == Some(late.delay)).map(|(i, _)| i).collect(),
-            dtau: dtau.chunks_exact(n_tau).map(|column| column[late.delay]).collect(),
+            values: delayed,
+            outputs: outputs
+                .filter(|(_, w)| w.delay == Some(delayed.delay))
+                .map(|(i, _)| i)
+                .collect(),
+            dtau: dtau.chunks_exact(n_tau).map(|column| column[delayed.delay]).collect(),
             u: S::Inputs::zeros(inputs.len()),
             udot: S::Inputs::zeros(inputs.len()),
             rates: UnknownRates::new(problem.system, first),
@@ -145,11 +148,11 @@ impl<'a, S: SolvableSystem> DelayedOutputs<'a, S> {
         let mut wdot = vec![0.0; n_w];
         let n_conditions = system.signature().discrete.n_time_conditions;
         let moves = self.dtau.iter().any(|dtau| *dtau != 0.0);
-        for (k, &s) in self.late.times.iter().enumerate() {
+        for (k, &s) in self.values.times.iter().enumerate() {
             // Time itself is not clamped to the run.
-            let t = self.solution.times[k] - self.late.tau;
-            let y = &self.late.y[k * n..(k + 1) * n];
-            let mut z = Cow::Borrowed(&self.late.z[k * n_z..(k + 1) * n_z]);
+            let t = self.solution.times[k] - self.values.tau;
+            let y = &self.values.y[k * n..(k + 1) * n];
+            let mut z = Cow::Borrowed(&self.values.z[k * n_z..(k + 1) * n_z]);
             if t != s && n_conditions > 0 {
                 let conditions = n_z - n_conditions..;
                 let there = discrete_numbers(system, p, t);
@@ -160,12 +163,13 @@ impl<'a, S: SolvableSystem> DelayedOutputs<'a, S> {
             segment.value(s, self.u.as_mut());
             let n_past = self.solution.n_past;
             let first = self.inputs.len() - n_past;
-            self.u.as_mut()[first..].copy_from_slice(&self.late.past[k * n_past..(k + 1) * n_past]);
+            self.u.as_mut()[first..]
+                .copy_from_slice(&self.values.past[k * n_past..(k + 1) * n_past]);
             let point = EvaluationPoint { t, y, u: self.u.as_ref(), p, z };
             if n_s == 0 {
                 system.outputs(point, &mut w);
             } else {
-                let sensitivities = &self.late.s[k * n * n_s..(k + 1) * n * n_s];
+                let sensitivities = &self.values.s[k * n * n_s..(k + 1) * n * n_s];
                 system.output_sensitivities(point, sensitivities, &mut w, &mut dw);
             }
             if moves {
@@ -190,7 +194,7 @@ impl<'a, S: SolvableSystem> DelayedOutputs<'a, S> {
     }
 
     fn side(&self, k: usize) -> LimitSide {
-        if self.late.times[k] > self.solution.times[0] {
+        if self.values.times[k] > self.solution.times[0] {
             self.solution.side(k)
         } else {
             LimitSide::Right

@@ -311,15 +311,15 @@ impl<'a> StatementWriter<'a> {
     fn input_name(&self, index: usize) -> Ident {
         let signature = &self.program.signature;
         let Signature { inputs, delayed_inputs, .. } = signature;
-        let input_name = |late: usize| &inputs[delayed_inputs[late].input].name;
+        let input_name = |delayed: usize| &inputs[delayed_inputs[delayed].input].name;
         if let Some(past) = index.checked_sub(signature.past().first) {
             return format_ident!("_past_{}", past);
         }
         match index.checked_sub(inputs.len()) {
             None => identifier(&inputs[index].name),
-            Some(late) => match late.checked_sub(delayed_inputs.len()) {
-                None => format_ident!("_{}_late_{}", input_name(late), late),
-                Some(late) => format_ident!("_{}_late_{}_slope", input_name(late), late),
+            Some(delayed) => match delayed.checked_sub(delayed_inputs.len()) {
+                None => format_ident!("_{}_late_{}", input_name(delayed), delayed),
+                Some(delayed) => format_ident!("_{}_late_{}_slope", input_name(delayed), delayed),
             },
         }
     }

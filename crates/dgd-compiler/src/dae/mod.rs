@@ -376,9 +376,9 @@ impl Dae {
     pub fn is_static(&self) -> bool {
         let moves = self.unknowns.iter().any(|unknown| unknown.differential)
             || self.families.iter().any(|family| self.graph.value(family.mass) != Some(0.0));
-        let late = self.delays.len() + self.varying_delays.len();
+        let n_delays = self.delays.len() + self.varying_delays.len();
         !moves
-            && late == 0
+            && n_delays == 0
             && !self.automata.iter().any(|automaton| automaton.kind.is_declared())
             && !self.graph.has_symbol(Symbol::Time)
     }
@@ -516,12 +516,12 @@ impl Dae {
         let name = |i: usize| &self.inputs[i].declared.name;
         match i.checked_sub(self.inputs.len()) {
             None => name(i).clone(),
-            Some(late) if late >= self.delayed_inputs.len() => {
-                let base = self.inputs.len() + late - self.delayed_inputs.len();
+            Some(position) if position >= self.delayed_inputs.len() => {
+                let base = self.inputs.len() + position - self.delayed_inputs.len();
                 format!("der({})", self.input_name(base))
             }
-            Some(late) => {
-                let DelayedInput { input, delay } = self.delayed_inputs[late];
+            Some(position) => {
+                let DelayedInput { input, delay } = self.delayed_inputs[position];
                 format!("delay({}, {})", name(input), self.delays[delay].text)
             }
         }
@@ -533,11 +533,11 @@ impl Dae {
     ///
     /// If there is no such delayed unknown.
     pub fn delayed_unknown_name(&self, i: usize) -> String {
-        self.name_of_late(i, &self.unknown_name(position(self.delayed_unknowns[i].unknown)))
+        self.name_of_delayed(i, &self.unknown_name(position(self.delayed_unknowns[i].unknown)))
     }
 
     /// Name of the i-th delayed unknown, given the name of the unknown.
-    fn name_of_late(&self, i: usize, name: &str) -> String {
+    fn name_of_delayed(&self, i: usize, name: &str) -> String {
         format!("delay({name}, {})", self.delay_of(self.delayed_unknowns[i]).text)
     }
 

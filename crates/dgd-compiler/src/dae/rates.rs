@@ -23,8 +23,8 @@ impl VaryingQuantities<'_> {
         let declared = self.model.inputs.len();
         let input = match (i as usize).checked_sub(declared) {
             None => i as usize,
-            Some(late) => match self.delayed.get(late) {
-                Some(late) => late.input,
+            Some(position) => match self.delayed.get(position) {
+                Some(delayed) => delayed.input,
                 // The slope of a delayed input is constant.
                 None => return false,
             },
@@ -141,18 +141,18 @@ pub(super) fn take_slopes(dae: &mut Dae) {
     }
     wanted.sort_unstable();
     let declared = dae.inputs.len();
-    let mut late: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut delayed: BTreeMap<u32, usize> = BTreeMap::new();
     for i in wanted {
         let position = (i as usize).checked_sub(declared).unwrap_or_else(|| {
             let delay = zero_delay(dae);
             dae.delayed_inputs.push(DelayedInput { input: i as usize, delay });
             dae.delayed_inputs.len() - 1
         });
-        late.insert(i, position);
+        delayed.insert(i, position);
     }
     let first = declared + dae.delayed_inputs.len();
     let mut replaced = BTreeMap::new();
-    for (i, position) in late {
+    for (i, position) in delayed {
         let input = u32::try_from(first + position).unwrap_or(u32::MAX);
         replaced.insert(Symbol::InputSlope(i), dae.graph.symbol(Symbol::Input(input)));
     }

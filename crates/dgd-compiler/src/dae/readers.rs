@@ -24,8 +24,8 @@ impl DerivativeReader<'_> {
         delays: &ResolvedDelays,
     ) -> Vec<DaeOutput> {
         let mut outputs = Vec::with_capacity(values.len());
-        let late = values.into_iter().zip(&delays.of_outputs);
-        for (output, (value, delay)) in self.model.outputs.iter().zip(late) {
+        let delayed = values.into_iter().zip(&delays.of_outputs);
+        for (output, (value, delay)) in self.model.outputs.iter().zip(delayed) {
             let declared = output.declared.clone();
             let what = || format!("output `{}`", declared.name);
             let value = self.open(value, declared.span, &what);

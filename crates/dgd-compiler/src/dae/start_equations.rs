@@ -57,10 +57,10 @@ pub(super) fn verify(
     }
     for (own, equation) in dae.start_equations.iter().zip(equations) {
         let is_late = |symbol: &Symbol| {
-            matches!(symbol, Symbol::DelayedUnknown(_) | Symbol::Late(_) | Symbol::Past(..))
+            matches!(symbol, Symbol::DelayedUnknown(_) | Symbol::Delayed(_) | Symbol::Past(..))
         };
         if dae.graph.symbols(own.rest).iter().any(is_late) {
-            diagnostics.error(reads_late(equation));
+            diagnostics.error(reads_delayed(equation));
         }
     }
     diagnostics.check()?;
@@ -74,7 +74,7 @@ pub(super) fn verify(
 }
 
 /// The error for a start equation that reads an unknown before the start.
-pub(super) fn reads_late(equation: &Equation) -> Diagnostic {
+pub(super) fn reads_delayed(equation: &Equation) -> Diagnostic {
     let message = format!(
         "start equation `{}` depends on what an unknown was before the start",
         equation.label

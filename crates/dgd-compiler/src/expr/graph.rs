@@ -45,7 +45,7 @@ pub enum Symbol {
     /// ∂yᵢ/∂θⱼ at position j n + i.
     Sensitivity(u32),
     /// A delayed symbol, by its position in the list of these; only inside `assemble`.
-    Late(u32),
+    Delayed(u32),
     /// A delayed unknown, by its position among those of a `Dae`.
     DelayedUnknown(u32),
     /// A property of a delayed unknown; none before `lower`.
@@ -101,7 +101,7 @@ impl Symbol {
             Symbol::Unknown(i) => packed(5, i, 0),
             Symbol::Derivative(i) => packed(6, i, 0),
             Symbol::Sensitivity(i) => packed(7, i, 0),
-            Symbol::Late(i) => packed(8, i, 0),
+            Symbol::Delayed(i) => packed(8, i, 0),
             Symbol::DelayedUnknown(i) => packed(9, i, 0),
             Symbol::Past(past, i) => packed(10, past as u32, i),
             Symbol::Element(i) => packed(11, i, 0),

@@ -313,7 +313,7 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         | Symbol::Sensitivity(_)
         | Symbol::SweptSensitivity(_)
         | Symbol::Discrete(_)
-        | Symbol::Late(_)
+        | Symbol::Delayed(_)
         | Symbol::DelayedUnknown(_)
         | Symbol::Past(..) => {
             unreachable!("only later stages read slopes, sensitivities, modes and late values")

@@ -79,7 +79,7 @@ impl SystemExpressions<'_> {
                 | Symbol::Element(_)
                 | Symbol::ElementRate(_)
                 | Symbol::SweptRate(_)
-                | Symbol::Late(_)
+                | Symbol::Delayed(_)
                 | Symbol::DelayedUnknown(_) => {
                     unreachable!("a Dae holds no constants, no derivatives and nothing late")
                 }

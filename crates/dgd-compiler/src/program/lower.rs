@@ -249,8 +249,8 @@ impl<'a> Derivation<'a> {
     fn histories(&mut self) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
         let dae = self.dae;
-        let past = |late: &dae::DaeDelayedUnknown| {
-            let (history, row) = dae.history(dae::position(late.unknown))?;
+        let past = |delayed: &dae::DaeDelayedUnknown| {
+            let (history, row) = dae.history(dae::position(delayed.unknown))?;
             Some(dae::row_of(&mut self.graph, history, row))
         };
         let histories: Vec<Option<ExprId>> = dae.delayed_unknowns.iter().map(past).collect();
@@ -646,10 +646,11 @@ impl<'a> Derivation<'a> {
         let mut sums: BTreeMap<usize, ExprId> = direct.into_iter().collect();
         self.add_past_sensitivities(expression, &mut sums);
         let declared = self.dae.inputs.len();
-        let n_late = self.dae.delayed_inputs.len();
+        let n_delayed = self.dae.delayed_inputs.len();
         // Slopes are constant wherever inputs are smooth.
-        let late = |symbol| input(symbol)?.checked_sub(declared).filter(|late| *late < n_late);
-        for (position, slope) in self.gradient(expression, &late) {
+        let delayed =
+            |symbol| input(symbol)?.checked_sub(declared).filter(|delayed| *delayed < n_delayed);
+        for (position, slope) in self.gradient(expression, &delayed) {
             let tau = self.dae.delays[self.dae.delayed_inputs[position].delay].tau;
             let rate = self.rate_symbol(position);
             for (j, by_tau) in self.gradient(tau, &direction(directions)) {

@@ -544,12 +544,12 @@ impl<'a> RecurrenceBuilder<'a> {
             Symbol::Unknown(i) => Some(Recurrence::Unknown(i)),
             Symbol::Time => Some(Recurrence::Time),
             Symbol::Input(i) => {
-                let (inputs, late) = (&self.dae.inputs, &self.dae.delayed_inputs);
+                let (inputs, delayed) = (&self.dae.inputs, &self.dae.delayed_inputs);
                 let position = i as usize;
                 let input = match position.checked_sub(inputs.len()) {
                     None => Some(position),
                     // The slopes of the delayed inputs follow these.
-                    Some(position) => late.get(position).map(|late| late.input),
+                    Some(position) => delayed.get(position).map(|delayed| delayed.input),
                 };
                 (inputs[input?].interpolation == Interpolation::Linear)
                     .then_some(Recurrence::Input(i))

@@ -34,7 +34,7 @@ impl fmt::Display for Program {
             writeln!(f, "  w[{first}..{end}] = {name}[{lower}..{upper}] [{}]", unit.symbol)?;
             first += count;
         }
-        write_late(signature, f)?;
+        write_delays(signature, f)?;
         for (j, direction) in signature.directions.iter().enumerate() {
             match *direction {
                 Direction::Parameter(i) => {
@@ -114,7 +114,7 @@ fn write_unknowns(program: &Program, f: &mut fmt::Formatter<'_>) -> fmt::Result 
 }
 
 /// Delayed outputs, inputs and unknowns.
-fn write_late(signature: &Signature, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+fn write_delays(signature: &Signature, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let Signature { inputs, delays, delayed_inputs, .. } = signature;
     for (i, delayed) in delayed_inputs.iter().enumerate() {
         let (name, tau) = (&inputs[delayed.input].name, &delays[delayed.delay]);

@@ -21,8 +21,8 @@ use dgd_runtime::{
 use nalgebra::DMatrix;
 
 use super::coordinates::FilterCoordinates;
+use super::delayed_outputs::DelayedOutputModel;
 use super::error::FilterError;
-use super::late_outputs::LateOutputs;
 use super::problem::FilterProblem;
 use super::remembered::EstimateHistory;
 use super::square_root::beside;
@@ -37,7 +37,7 @@ pub(super) struct IntervalModel<'a> {
     is_plain: bool,
     /// Delayed unknowns, ascending.
     watched: Vec<usize>,
-    late: LateOutputs,
+    delayed_outputs: DelayedOutputModel,
 }
 
 /// The state at the start or at the end of a run.
@@ -145,16 +145,16 @@ impl<'a> IntervalModel<'a> {
             let what = format!("what `{name}` was, at a delay that varies");
             return Err(FilterError::NotFollowed { what });
         }
-        let late = LateOutputs::new(system, p)?;
+        let delayed_outputs = DelayedOutputModel::new(system, p)?;
         let is_differential = |i: usize| signature.unknowns.is_differential(i);
         let is_plain = signature.discrete.is_empty()
             && signature.delayed_unknowns.is_empty()
             && (0..signature.unknowns.len()).all(is_differential);
         let delayed = signature.delayed_unknowns.iter().map(|delayed| delayed.unknown);
-        let mut watched: Vec<usize> = delayed.chain(late.unknowns()).collect();
+        let mut watched: Vec<usize> = delayed.chain(delayed_outputs.unknowns()).collect();
         watched.sort_unstable();
         watched.dedup();
-        Ok(Self { system, p, options, is_plain, watched, late })
+        Ok(Self { system, p, options, is_plain, watched, delayed_outputs })
     }
 
     /// Delayed unknowns, ascending.
@@ -230,7 +230,7 @@ impl<'a> IntervalModel<'a> {
         let mut w = observe(&problem, &solution).w;
         if let Some(past) = &at.past {
             let here = EvaluationPoint { t, y: solution.y(0), u: &[], p: &p, z: solution.z(0) };
-            self.late.read(&problem, here, past)?.write(&mut w);
+            self.delayed_outputs.read(&problem, here, past)?.write(&mut w);
         }
         Ok(w)
     }
@@ -268,9 +268,9 @@ impl<'a> IntervalModel<'a> {
             watched = beside(&watched, &s_past.select_rows(&self.watched));
             c = beside(&c, &c_past);
             let here = EvaluationPoint { t, y, u: &[], p: &p, z };
-            let late = self.late.read(&problem, here, past)?;
-            late.write(&mut w);
-            late.differentiate(coordinates, variables, &mut c);
+            let outputs = self.delayed_outputs.read(&problem, here, past)?;
+            outputs.write(&mut w);
+            outputs.differentiate(coordinates, variables, &mut c);
         }
         let a = transition(&g, n, coordinates, variables);
         Ok(LocalModel { y: y.to_vec(), w, phi, a, c, watched })
@@ -329,7 +329,7 @@ impl<'a> IntervalModel<'a> {
     ) -> Result<[DMatrix<f64>; N], TrialFailure> {
         let directions = self.system.signature().directions.len().max(1);
         let mut derivatives = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
-        for some in self.read_late(past, p, over) {
+        for some in self.read_delayed(past, p, over) {
             let with = with(&past.seeded(&some))?;
             for (j, variable) in some.into_iter().enumerate() {
                 let size = past.sizes()[variable % past.sizes().len()];
@@ -345,7 +345,12 @@ impl<'a> IntervalModel<'a> {
     }
 
     /// Variables of the past that the equations read between two times, in groups of at most the number of directions.
-    fn read_late(&self, past: &EstimateHistory, p: &[f64], over: TimeInterval) -> Vec<Vec<usize>> {
+    fn read_delayed(
+        &self,
+        past: &EstimateHistory,
+        p: &[f64],
+        over: TimeInterval,
+    ) -> Vec<Vec<usize>> {
         let variables = past.read_between(&self.delays(p), over);
         let at_once = self.system.signature().directions.len().max(1);
         variables.chunks(at_once).map(<[usize]>::to_vec).collect()

@@ -17,7 +17,7 @@
 //! | `drive` | samples of the inputs as functions of time over the current interval |
 //! | `interval` | the model over one interval, and its derivatives at one time |
 //! | `remembered` | past values of delayed unknowns, and their uncertainty |
-//! | `late_outputs` | delayed outputs |
+//! | `delayed_outputs` | delayed outputs |
 //! | `square_root` | covariances as triangular factors |
 //! | `estimator` | the filter, row by row |
 //! | `prediction` | from one row to the next |
@@ -44,11 +44,11 @@
 
 mod coordinates;
 mod correction;
+mod delayed_outputs;
 mod drive;
 mod error;
 mod estimator;
 mod interval;
-mod late_outputs;
 mod likelihood;
 mod prediction;
 mod problem;

@@ -49,8 +49,8 @@ pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<ChosenSources, In
     for row in &rows {
         let mut reads = signature.input_jacobian.positions().filter(|(r, _)| r == row);
         if let Some((_, column)) = reads.find(|(_, column)| past.values().contains(column)) {
-            let late = &signature.delayed_unknowns[column - past.values().start];
-            let unknown = signature.unknowns.name(late.unknown).to_string();
+            let delayed = &signature.delayed_unknowns[column - past.values().start];
+            let unknown = signature.unknowns.name(delayed.unknown).to_string();
             return Err(InversionError::Late { unknown });
         }
     }

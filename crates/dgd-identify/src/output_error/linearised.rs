@@ -10,15 +10,15 @@
 //! moves: at a jump Δv of u(t − τ) the derivative of x jumps by −B Δv dτ/dθ.
 
 use dgd_runtime::for_identify::{
-    LateTimes, LinearMatrices, ParametricModel, Responses, delay_sensitivities, verify_inputs,
-    verify_request,
+    DelayedOutputTimes, LinearMatrices, ParametricModel, Responses, delay_sensitivities,
+    verify_inputs, verify_request,
 };
 use dgd_runtime::linearize::{LinearAt, NotLinearised, OperatingPoint};
 use dgd_runtime::model::ModelProblem;
 use dgd_runtime::parallel::in_parallel_by_model;
 use dgd_runtime::{
-    EvaluationPoint, Inputs, IntegrateError, LateValues, LimitSide, Observations, Options, Problem,
-    Segment, Solution, Text, consistent_start, simulate,
+    DelayedOutputValues, EvaluationPoint, Inputs, IntegrateError, LimitSide, Observations, Options,
+    Problem, Segment, Solution, Text, consistent_start, simulate,
 };
 use nalgebra::DVector;
 
@@ -51,14 +51,14 @@ pub(crate) fn outputs_of(
     let of_point = Problem { start: guess(recording, at, problem.start), ..*problem };
     let model = ParametricModel::new(&of_point, at, times, options, with_slopes)?;
     let start = LinearStart::new(problem, &model, from, options, n_s)?;
-    let late = LateTimes::new(problem, times).map_err(NotLinearised::Run)?;
+    let delayed = DelayedOutputTimes::new(problem, times).map_err(NotLinearised::Run)?;
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
     let inputs = inputs.map_err(NotLinearised::Run)?;
-    let wanted = late.as_ref().map_or(times, |late| &late.all);
+    let wanted = delayed.as_ref().map_or(times, |delayed| &delayed.all);
     let mut run = LinearRun::new(problem, &model, &inputs, start);
     let mut solution = run.to(wanted, Solution::empty(signature, n_s));
-    if let Some(late) = &late {
-        solution = late.split(times, solution);
+    if let Some(delayed) = &delayed {
+        solution = delayed.split(times, solution);
     }
     run.observe(&solution, &mut observations);
     Ok(observations)
@@ -130,13 +130,15 @@ impl<'a> LinearRun<'a> {
     ) -> Self {
         let signature = problem.system.signature();
         let directions = model.slopes.iter().flatten().map(|slopes| &slopes.a).collect();
-        let late = &signature.delayed_inputs;
-        let dtau = if late.is_empty() || model.slopes.is_empty() {
+        let delayed = &signature.delayed_inputs;
+        let dtau = if delayed.is_empty() || model.slopes.is_empty() {
             vec![Vec::new(); model.slopes.len()]
         } else {
             let dtau = delay_sensitivities(problem);
             let columns = dtau.chunks_exact(signature.delays.len());
-            columns.map(|dtau| late.iter().map(|late| dtau[late.delay]).collect()).collect()
+            columns
+                .map(|dtau| delayed.iter().map(|delayed| dtau[delayed.delay]).collect())
+                .collect()
         };
         let moves = start.s.into_iter().zip(&model.slopes).map(|(s, slopes)| match slopes {
             Some(slopes) => s - &slopes.x,
@@ -216,8 +218,8 @@ impl<'a> LinearRun<'a> {
     /// Enters a segment, whose start moves with the delays of inputs that jump there.
     fn jump(&mut self, segment: usize, t: f64) {
         let signature = self.problem.system.signature();
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
-        if n_late == 0 || self.s.is_empty() {
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
+        if n_delayed == 0 || self.s.is_empty() {
             return;
         }
         let mut before = vec![0.0; self.inputs.len()];
@@ -225,7 +227,7 @@ impl<'a> LinearRun<'a> {
         let after = self.inputs.segment(segment).u;
         for (s, dtau) in self.s.iter_mut().zip(&self.dtau) {
             for (k, dtau) in dtau.iter().enumerate().filter(|(_, dtau)| **dtau != 0.0) {
-                for column in [n_in + k, n_in + n_late + k] {
+                for column in [n_in + k, n_in + n_delayed + k] {
                     let jump = after[column] - before[column];
                     s.axpy(-jump * dtau, &self.model.b.column(column), 1.0);
                 }
@@ -236,7 +238,7 @@ impl<'a> LinearRun<'a> {
     /// δu, and its derivatives with respect to θ.
     fn driven(&self, segment: Segment<'_>, t: f64) -> InputDeviation {
         let signature = self.problem.system.signature();
-        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        let (n_in, n_delayed) = (signature.inputs.len(), signature.delayed_inputs.len());
         let mut u = vec![0.0; self.inputs.len()];
         segment.value(t, &mut u);
         let moved = self.slopes.iter().zip(&self.dtau).map(|(slopes, dtau)| {
@@ -245,7 +247,7 @@ impl<'a> LinearRun<'a> {
                 None => DVector::zeros(u.len()),
             };
             for (k, dtau) in dtau.iter().enumerate() {
-                moved[n_in + k] -= u[n_in + n_late + k] * dtau;
+                moved[n_in + k] -= u[n_in + n_delayed + k] * dtau;
             }
             moved
         });
@@ -263,8 +265,8 @@ impl<'a> LinearRun<'a> {
             observations.w.extend_from_slice(w.as_slice());
             observations.dw.extend(dw.iter().flat_map(DVector::as_slice));
         }
-        for late in &solution.late {
-            self.read_late(solution, late, observations);
+        for delayed in &solution.delayed_outputs {
+            self.read_delayed(solution, delayed, observations);
         }
     }
 
@@ -291,28 +293,33 @@ impl<'a> LinearRun<'a> {
     }
 
     /// Replaces outputs with one delay by their values at t − τ.
-    fn read_late(&self, solution: &Solution, late: &LateValues, observations: &mut Observations) {
+    fn read_delayed(
+        &self,
+        solution: &Solution,
+        delayed: &DelayedOutputValues,
+        observations: &mut Observations,
+    ) {
         let signature = self.problem.system.signature();
         let (n, n_w, n_s) = (solution.n, observations.n_w, observations.n_s);
         let dtau = if n_s == 0 { Vec::new() } else { delay_sensitivities(self.problem) };
         let dtau: Vec<f64> =
-            dtau.chunks_exact(signature.delays.len()).map(|dtau| dtau[late.delay]).collect();
+            dtau.chunks_exact(signature.delays.len()).map(|dtau| dtau[delayed.delay]).collect();
         let LinearMatrices { a, b, c, d, rates, .. } = self.model;
-        for (k, &read) in late.times.iter().enumerate() {
+        for (k, &read) in delayed.times.iter().enumerate() {
             let begun = read > solution.times[0];
             let side = if begun { solution.side(k) } else { LimitSide::Right };
             let segment = self.inputs.segment(self.inputs.segment_at(read, side));
             let driven = self.driven(segment, read);
-            let x = &late.y[k * n..(k + 1) * n];
-            let (w, dw) = self.outputs(x, &late.s[k * n * n_s..(k + 1) * n * n_s], &driven);
+            let x = &delayed.y[k * n..(k + 1) * n];
+            let (w, dw) = self.outputs(x, &delayed.s[k * n * n_s..(k + 1) * n * n_s], &driven);
             // Outside of the run, values are constant.
-            let inside = read == solution.times[k] - late.tau;
+            let inside = read == solution.times[k] - delayed.tau;
             let wdot = inside.then(|| {
                 let xdot = rates + a * DVector::from_column_slice(x) + b * &driven.u;
                 c * xdot + d * DVector::from_column_slice(segment.udot)
             });
             for (i, _) in
-                signature.outputs.iter().enumerate().filter(|(_, w)| w.delay == Some(late.delay))
+                signature.outputs.iter().enumerate().filter(|(_, w)| w.delay == Some(delayed.delay))
             {
                 observations.w[k * n_w + i] = w[i];
                 for (j, dw) in dw.iter().enumerate() {

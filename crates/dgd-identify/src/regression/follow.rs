@@ -223,7 +223,7 @@ impl PathEstimator<'_> {
                 RowOf::Output(i) => rows.recordings[recording].measured[i].as_ref()?[sample],
                 RowOf::Equation(_) => 0.0,
             };
-            if !rows.kinds[kind].late.is_empty() && !rows.known[recording].has_past(sample) {
+            if !rows.kinds[kind].delayed.is_empty() && !rows.known[recording].has_past(sample) {
                 return None;
             }
             let multiplier = rows.kinds[kind].multiplier;

@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `known`, `slopes` | y and ẏ at each sample |
 //! | `modes` | modes at the samples, and unknowns that follow without readings |
-//! | `late` | delayed unknowns |
+//! | `delayed` | delayed unknowns |
 //! | `rows` | residuals and their derivatives, row by row |
 //! | `structure` | finds the parameters that enter linearly |
 //! | `triangle`, `least_squares` | linear least squares without squaring, free and within bounds |

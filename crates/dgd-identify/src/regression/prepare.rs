@@ -10,7 +10,7 @@ use crate::recording::Recording;
 use crate::regression::error::{RegressionError, UnsteadyUnknown};
 use crate::regression::known::modes::remembered;
 use crate::regression::known::{RecordingSamples, SensorEquations};
-use crate::regression::rows::{RegressionRows, RowKind, RowOf, delaying, late_reads};
+use crate::regression::rows::{RegressionRows, RowKind, RowOf, delayed_reads, delaying};
 use crate::regression::{RegressionMethod, RegressionProblem, structure};
 
 /// A checked problem.
@@ -166,7 +166,7 @@ impl<'a> PreparedRegression<'a> {
         let delaying = delaying(system, &self.free);
         let has_free = |by_u: &Pattern, by_p: &Pattern, row: usize| {
             by_p.positions().any(|(r, c)| r == row && self.free.contains(&c))
-                || late_reads(system, by_u, row).iter().any(|(k, _)| !delaying[*k].is_empty())
+                || delayed_reads(system, by_u, row).iter().any(|(k, _)| !delaying[*k].is_empty())
         };
         let [_, by_u, by_p] = &signature.output_jacobians;
         let outputs = signature
@@ -227,8 +227,10 @@ impl<'a> PreparedRegression<'a> {
     fn verify_delays(&self) -> Result<(), RegressionError> {
         let system = self.problem.system;
         let signature = system.signature();
-        if let (Some(late), Some(name)) = (signature.delayed_unknowns.first(), remembered(system)) {
-            let unknown = signature.unknowns.name(late.unknown).to_string();
+        if let (Some(delayed), Some(name)) =
+            (signature.delayed_unknowns.first(), remembered(system))
+        {
+            let unknown = signature.unknowns.name(delayed.unknown).to_string();
             return Err(RegressionError::ModesAndPast { name, unknown });
         }
         let Some(recording) = self.problem.recordings.first() else { return Ok(()) };
@@ -237,7 +239,7 @@ impl<'a> PreparedRegression<'a> {
         let dtau = delay_sensitivities(&problem);
         let n = signature.delays.len();
         let of_inputs = |delay: usize| {
-            signature.delayed_inputs.iter().any(|late| late.delay == delay)
+            signature.delayed_inputs.iter().any(|delayed| delayed.delay == delay)
                 || signature.outputs.iter().any(|output| output.delay == Some(delay))
         };
         for (k, slope) in dtau.iter().enumerate() {

@@ -19,7 +19,7 @@ use dgd_runtime::{Direction, EvaluationPoint, Pattern};
 use crate::recording::Recording;
 use crate::regression::error::RegressionError;
 use crate::regression::known::RecordingSamples;
-use crate::regression::known::late::{BeforeRecord, DelayedColumns};
+use crate::regression::known::delayed::{BeforeRecord, DelayedColumns};
 
 /// The equation or output of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub(crate) struct RowKind {
     pub parameters: Vec<(usize, usize)>,
     /// Delayed unknowns that it reads, each with the position of the derivative with respect to its value among the
     /// non-zeros, and the free parameters in their delays.
-    pub late: Vec<(usize, usize)>,
+    pub delayed: Vec<(usize, usize)>,
     pub in_delays: Vec<usize>,
     /// Position of the free parameter by which it is multiplied.
     pub multiplier: Option<usize>,
@@ -80,34 +80,34 @@ impl RowKind {
             reads.dedup();
             reads
         };
-        let late = |pattern: &Pattern, row: usize| late_reads(system, pattern, row);
+        let delayed = |pattern: &Pattern, row: usize| delayed_reads(system, pattern, row);
         let delaying = delaying(system, free);
-        let in_delays = |late: &[(usize, usize)]| -> Vec<usize> {
-            let reads = |j: &usize| late.iter().any(|(k, _)| delaying[*k].contains(j));
+        let in_delays = |delayed: &[(usize, usize)]| -> Vec<usize> {
+            let reads = |j: &usize| delayed.iter().any(|(k, _)| delaying[*k].contains(j));
             (0..free.len()).filter(reads).collect()
         };
         let equations = (0..signature.unknowns.len()).map(|i| {
-            let late = late(&signature.input_jacobian, i);
+            let delayed = delayed(&signature.input_jacobian, i);
             Self {
                 of: RowOf::Equation(i),
                 name: signature.equations.at(i).into_owned(),
                 reads: reads(&signature.jacobian, i),
                 parameters: parameters(&signature.parameter_jacobian, i),
-                in_delays: in_delays(&late),
-                late,
+                in_delays: in_delays(&delayed),
+                delayed,
                 multiplier: None,
             }
         });
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         let outputs = (0..signature.outputs.len()).filter(|i| used(*i)).map(|i| {
-            let late = late(by_u, i);
+            let delayed = delayed(by_u, i);
             Self {
                 of: RowOf::Output(i),
                 name: signature.outputs[i].name.to_string(),
                 reads: reads(by_y, i),
                 parameters: parameters(by_p, i),
-                in_delays: in_delays(&late),
-                late,
+                in_delays: in_delays(&delayed),
+                delayed,
                 multiplier: None,
             }
         });
@@ -117,7 +117,11 @@ impl RowKind {
 }
 
 /// Delayed unknowns that a row reads, each with the position of the derivative with respect to its value.
-pub(crate) fn late_reads(system: &dyn Model, pattern: &Pattern, row: usize) -> Vec<(usize, usize)> {
+pub(crate) fn delayed_reads(
+    system: &dyn Model,
+    pattern: &Pattern,
+    row: usize,
+) -> Vec<(usize, usize)> {
     let values = system.signature().past().values();
     let places = pattern.positions().enumerate();
     let delayed = places.filter(|(_, (r, column))| *r == row && values.contains(column));
@@ -141,8 +145,10 @@ pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
         })
     };
     delayed
-        .map(|late| {
-            (0..free.len()).filter(|j| !late.varies && moves(late.delay, j)).collect::<Vec<_>>()
+        .map(|delayed| {
+            (0..free.len())
+                .filter(|j| !delayed.varies && moves(delayed.delay, j))
+                .collect::<Vec<_>>()
         })
         .collect()
 }
@@ -179,7 +185,7 @@ pub(crate) struct RegressionRows<'a> {
     dfdp: Vec<f64>,
     dfdu: Vec<f64>,
     dtau: Vec<f64>,
-    late: Option<DelayedColumns>,
+    delayed_columns: Option<DelayedColumns>,
     u: Vec<f64>,
     output_jacobians: [Vec<f64>; 3],
     dwdt: Vec<f64>,
@@ -211,7 +217,7 @@ impl<'a> RegressionRows<'a> {
             dfdp: vec![0.0; signature.parameter_jacobian.len()],
             dfdu: vec![0.0; signature.input_jacobian.len()],
             dtau: vec![0.0; signature.delays.len() * signature.directions.len()],
-            late: DelayedColumns::new(system),
+            delayed_columns: DelayedColumns::new(system),
             u: vec![0.0; signature.n_u()],
             output_jacobians: [0, 1, 2].map(|of| vec![0.0; signature.output_jacobians[of].len()]),
             dwdt: vec![0.0; n_w],
@@ -267,7 +273,7 @@ impl<'a> RegressionRows<'a> {
                 RowOf::Equation(_) => &self.dfdu,
                 RowOf::Output(_) => &self.output_jacobians[1],
             };
-            for (delayed, place) in &kind.late {
+            for (delayed, place) in &kind.delayed {
                 let rate = at.u[layout.rates().start + delayed];
                 let delay = signature.delayed_unknowns[*delayed].delay;
                 for j in &kind.in_delays {
@@ -287,12 +293,12 @@ impl<'a> RegressionRows<'a> {
         at: EvaluationPoint<'_>,
         f: impl FnOnce(&mut Self, EvaluationPoint<'_>) -> T,
     ) -> T {
-        let Some(mut late) = self.late.take() else { return f(self, at) };
+        let Some(mut delayed) = self.delayed_columns.take() else { return f(self, at) };
         let mut u = std::mem::take(&mut self.u);
         u.copy_from_slice(at.u);
-        late.write(self.system, &self.known[recording], BeforeRecord::AsAtFirst, at, &mut u);
+        delayed.write(self.system, &self.known[recording], BeforeRecord::AsAtFirst, at, &mut u);
         let result = f(self, EvaluationPoint { u: &u, ..at });
-        (self.late, self.u) = (Some(late), u);
+        (self.delayed_columns, self.u) = (Some(delayed), u);
         result
     }
 
@@ -340,13 +346,13 @@ impl<'a> RegressionRows<'a> {
         at: EvaluationPoint<'_>,
     ) -> f64 {
         let known = &self.known[recording];
-        let RowKind { of, reads, late, .. } = &self.kinds[kind];
+        let RowKind { of, reads, delayed, .. } = &self.kinds[kind];
         let layout = self.system.signature().past();
         let is_unknown = |(k, _): &(usize, usize)| at.u[layout.values().start + k].is_nan();
-        if reads.iter().any(|i| at.y[*i].is_nan()) || late.iter().any(is_unknown) {
+        if reads.iter().any(|i| at.y[*i].is_nan()) || delayed.iter().any(is_unknown) {
             return f64::NAN;
         }
-        if !late.is_empty() && !known.has_past(sample) {
+        if !delayed.is_empty() && !known.has_past(sample) {
             return f64::NAN;
         }
         let subject = *of;

@@ -171,7 +171,7 @@ fn opposite_directions_are_no_drift_and_drifts_no_opposite_directions() {
         }
         let late = |k: f64| moved((k - 40.0).max(0.0));
         let found = of_same(3600 + seed, [&moved, &late]);
-        assert!(matches!(found[..], [ChannelFault::Late(_)]), "{seed} {found:?}");
+        assert!(matches!(found[..], [ChannelFault::Lag(_)]), "{seed} {found:?}");
         // One or both of two sensors at rest drift.
         let drift = |k: f64| 1e-4 * (k - 1800.0);
         for other in [&(|_| 0.0) as &dyn Fn(f64) -> f64, &|k| -drift(k)] {
@@ -374,7 +374,7 @@ fn clocks_are_compared_to_a_fraction_of_a_sample() {
             covered += usize::from(covers(&shift, late));
             let screening = screened(&[("p_A", &a), ("p_B", &b)]);
             let claimed = faults(&screening);
-            found += usize::from(claimed.iter().any(|f| matches!(f, ChannelFault::Late(_))));
+            found += usize::from(claimed.iter().any(|f| matches!(f, ChannelFault::Lag(_))));
         }
         println!("late by {late} s: found {found} of 50");
         assert!(found >= least && (late != 0.0 || found == 0), "{late}: {found}");

@@ -136,7 +136,7 @@ fn a_balance_tells_a_gain_from_a_delay_and_claims_nothing_where_nothing_is_wrong
 
         let late = of(&tank(seed, 1.0, 3.0));
         let best = &late.explanations[0];
-        assert_eq!(best.cause, ImbalanceCause::Late(0), "seed {seed}: {:?}", late.explanations);
+        assert_eq!(best.cause, ImbalanceCause::Lag(0), "seed {seed}: {:?}", late.explanations);
         assert!((best.size.value - 3.0).abs() < 0.3, "{best:?}");
     }
     assert_eq!(false_claims, 0);

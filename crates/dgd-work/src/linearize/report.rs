@@ -6,7 +6,7 @@ use std::io;
 use dgd_data::cell::{push_number, quoted};
 use dgd_plot::Figure;
 use dgd_runtime::linearize::{
-    DMatrix, LateUnknown, LinearInput, OperatingPoint, Pole, Poles, Stability, StateSpace,
+    DMatrix, LinearDelay, LinearInput, OperatingPoint, Pole, Poles, Stability, StateSpace,
 };
 use dgd_runtime::{Output, Signature, Unit};
 use serde::{Serialize, Serializer};
@@ -174,7 +174,7 @@ impl Linearised {
             states.iter().zip(&system.rates).map(|(state, rate)| state.rate(*rate)).collect();
         let eliminated = system.eliminated.iter().map(|row| (unknown(row), *row));
         let eliminated = eliminated.filter(|(quantity, _)| !is_share(&quantity.name)).collect();
-        let sources = system.late.iter().map(|late| unknown(&late.unknown)).collect();
+        let sources = system.delayed_unknowns.iter().map(|late| unknown(&late.unknown)).collect();
         let late_input = |input: usize, tau: f64| {
             let name = &signature.inputs[input].name;
             if tau == 0.0 { name.to_string() } else { late_name(name, tau) }
@@ -188,7 +188,7 @@ impl Linearised {
             };
             match *channel {
                 LinearInput::Input(_) => delayed(0.0),
-                LinearInput::Late { tau, .. } => delayed(tau),
+                LinearInput::Delayed { tau, .. } => delayed(tau),
                 LinearInput::Slope { tau, .. } => {
                     let delayed = delayed(tau);
                     Quantity { name: format!("der({})", delayed.name), ..delayed.rate(*value) }
@@ -196,11 +196,11 @@ impl Linearised {
             }
         };
         let channels = system.channels.iter().zip(&system.u).map(channel).collect();
-        let late = |(late, value): (&LateUnknown, &f64)| {
+        let late = |(late, value): (&LinearDelay, &f64)| {
             let source = unknown(&late.unknown);
             Quantity { name: late_name(&source.name, late.tau), value: *value, ..source }
         };
-        let late = system.late.iter().zip(&system.v).map(late).collect();
+        let late = system.delayed_unknowns.iter().zip(&system.v).map(late).collect();
         let output = |(output, value): (&Output, &f64)| Quantity {
             name: output.name.to_string(),
             unit: output.unit.clone(),
@@ -281,10 +281,12 @@ impl Linearised {
 
     /// The nonempty matrices.
     fn matrices(&self) -> Vec<Matrix<'_>> {
-        let StateSpace { a, b, c, d, late_a, late_c, late_x, late_u, late_v, .. } = &self.system;
+        let StateSpace {
+            a, b, c, d, delayed_a, delayed_c, delayed_x, delayed_u, delayed_v, ..
+        } = &self.system;
         let Self { states, rates, channels, late, sources, outputs, .. } = self;
         // A delayed state has no entry of its own.
-        let of_states = self.system.late.iter();
+        let of_states = self.system.delayed_unknowns.iter();
         let all_states =
             of_states.map(|late| late.unknown).all(|i| self.system.states.contains(&i));
         let sources: &[Quantity] = if all_states { &[] } else { sources };
@@ -293,11 +295,11 @@ impl Linearised {
             ("B", "slopes of the states by the inputs", rates, channels, b),
             ("C", "outputs by the states", outputs, states, c),
             ("D", "outputs by the inputs", outputs, channels, d),
-            ("A1", "slopes of the states by what acts late", rates, late, late_a),
-            ("C1", "outputs by what acts late", outputs, late, late_c),
-            ("E", "what will act late by the states", sources, states, late_x),
-            ("F", "what will act late by the inputs", sources, channels, late_u),
-            ("G", "what will act late by what does", sources, late, late_v),
+            ("A1", "slopes of the states by what acts late", rates, late, delayed_a),
+            ("C1", "outputs by what acts late", outputs, late, delayed_c),
+            ("E", "what will act late by the states", sources, states, delayed_x),
+            ("F", "what will act late by the inputs", sources, channels, delayed_u),
+            ("G", "what will act late by what does", sources, late, delayed_v),
         ];
         let matrix =
             |(name, about, rows, columns, entries)| Matrix { name, about, rows, columns, entries };
@@ -479,7 +481,7 @@ impl Linearised {
             let mut result = entry(own);
             let (delay, is_slope) = match *channel {
                 LinearInput::Input(_) => (0.0, false),
-                LinearInput::Late { tau, .. } => (tau, false),
+                LinearInput::Delayed { tau, .. } => (tau, false),
                 LinearInput::Slope { tau, .. } => (tau, true),
             };
             result["input"] = json!(self.signature.inputs[channel.input()].name);
@@ -487,7 +489,7 @@ impl Linearised {
             result["slope"] = json!(is_slope);
             result
         });
-        let late = self.late.iter().zip(&self.system.late).map(|(own, late)| {
+        let late = self.late.iter().zip(&self.system.delayed_unknowns).map(|(own, late)| {
             let mut result = entry(own);
             result["unknown"] = json!(self.signature.unknowns.name(late.unknown));
             result["delay"] = json!(late.tau);

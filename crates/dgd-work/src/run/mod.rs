@@ -233,7 +233,7 @@ impl Run {
         let signature = self.signature();
         let n = signature.unknowns.len();
         let keeps_all =
-            outputs_are_late(signature) || matches!(self.options.steps, Steps::PerSample(_));
+            outputs_are_delayed(signature) || matches!(self.options.steps, Steps::PerSample(_));
         let kept = if keeps_all { n } else { kept };
         let needs = memory::Needs {
             unknowns: n,
@@ -282,7 +282,7 @@ pub(crate) fn verify_memory_of_fit(
 ) -> Result<(), WorkError> {
     let rows = recordings.iter().map(|recording| recording.times.len()).max().unwrap_or(0);
     let n_s = signature.directions.len();
-    let keeps = keeps_derivatives || outputs_are_late(signature);
+    let keeps = keeps_derivatives || outputs_are_delayed(signature);
     let n = signature.unknowns.len();
     let needs = memory::Needs {
         unknowns: n,
@@ -297,7 +297,7 @@ pub(crate) fn verify_memory_of_fit(
 }
 
 /// Whether a run keeps all unknowns because of delayed outputs.
-fn outputs_are_late(signature: &Signature) -> bool {
+fn outputs_are_delayed(signature: &Signature) -> bool {
     signature.outputs.iter().any(|output| output.delay.is_some())
 }
 

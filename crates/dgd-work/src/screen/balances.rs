@@ -158,7 +158,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     let drifts = hourly.p_value() < RARE;
     let good = good(&left.explanations, if drifts { EXPLAINS } else { EXPLAINS_SOME });
     let is_late =
-        |e: &&Explanation| matches!(e.cause, ImbalanceCause::Late(_) | ImbalanceCause::UnknownLate);
+        |e: &&Explanation| matches!(e.cause, ImbalanceCause::Lag(_) | ImbalanceCause::UnknownLag);
     // A drift may hide in temporary changes; a cause that explains most of those reveals it.
     let p_value = good.first().map_or(1.0, |best| best.size.p_value()).min(hourly.p_value());
     if drifts || good.first().is_some_and(|e| !is_late(e)) {
@@ -239,11 +239,11 @@ impl Subject {
                     format!("`{}` read {factor} times what flows", self.names[share])
                 })
             }
-            ImbalanceCause::Late(share) => {
+            ImbalanceCause::Lag(share) => {
                 let late = Amount::of(size, "s").signed();
                 Some(format!("`{}` were {late} late", self.names[share]))
             }
-            ImbalanceCause::UnknownLate => {
+            ImbalanceCause::UnknownLag => {
                 let late = Amount::of(size, "s").signed();
                 Some(format!("{} were {late} late", listed(&self.sensors)))
             }

@@ -315,7 +315,7 @@ fn said(
                 Some(Amount::exact(ratio, "")),
             )
         }
-        ChannelFault::Late(late) => {
+        ChannelFault::Lag(late) => {
             let (late_one, early, value) =
                 if late.value > 0.0 { (other, one, late.value) } else { (one, other, -late.value) };
             let amount = Amount::of(&Estimate { value, ..*late }, "s");

@@ -102,16 +102,18 @@ fn refusal(signature: &Signature) -> Option<PerSampleError> {
     if signature.discrete.n_time_conditions > 0 {
         return Some(PerSampleError::TimeCondition);
     }
-    let late_input =
-        signature.delayed_inputs.first().map(|late| signature.inputs[late.input].name.clone());
-    let late_unknown =
-        signature.delayed_unknowns.first().map(|late| signature.unknowns.name(late.unknown));
+    let delayed_input = signature
+        .delayed_inputs
+        .first()
+        .map(|delayed| signature.inputs[delayed.input].name.clone());
+    let delayed_unknown =
+        signature.delayed_unknowns.first().map(|delayed| signature.unknowns.name(delayed.unknown));
     let mut outputs = signature.outputs.iter();
-    let late_output = outputs.find(|output| output.delay.is_some());
-    let late_output = late_output.map(|output| output.name.clone());
-    late_input
-        .or(late_unknown)
-        .or(late_output)
+    let delayed_output = outputs.find(|output| output.delay.is_some());
+    let delayed_output = delayed_output.map(|output| output.name.clone());
+    delayed_input
+        .or(delayed_unknown)
+        .or(delayed_output)
         .map(|name| PerSampleError::Delay { name: name.to_string() })
 }
 

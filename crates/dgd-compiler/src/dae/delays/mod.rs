@@ -148,7 +148,7 @@ impl DelayReplacement<'_> {
         match self.resolver.instantaneous(self.graph, self.at_names[value]) {
             Ok(now) => *value = now,
             Err(symbol) => {
-                self.diagnostics.error(self.resolver.late_rate(symbol, reader, span));
+                self.diagnostics.error(self.resolver.delayed_rate(symbol, reader, span));
             }
         }
         self.resolver.refuse_the_future(span, self.diagnostics);
@@ -166,7 +166,7 @@ impl DelayReplacement<'_> {
             match self.resolver.instantaneous(self.graph, self.at_names[value]) {
                 Ok(now) => *value = now,
                 Err(_) => {
-                    self.diagnostics.error(start_equations::reads_late(equation));
+                    self.diagnostics.error(start_equations::reads_delayed(equation));
                 }
             }
         }
@@ -188,7 +188,7 @@ impl DelayReplacement<'_> {
         });
         let mut delay = None;
         match read {
-            Ok((read, late)) => (*value, delay) = (read, late),
+            Ok((read, delayed)) => (*value, delay) = (read, delayed),
             Err([a, b]) => {
                 let (a, b) = (resolver.name(a), resolver.name(b));
                 let read = if a == b { a } else { format!("{a} and {b}") };

@@ -19,8 +19,8 @@ type Summands = Vec<ExprId>;
 /// Resolves delays and records the results.
 pub(super) struct DelayResolver<'a> {
     model: &'a Model,
-    /// Delayed symbols and their delays, by the number of their `Late` symbol.
-    late: Vec<(Symbol, Summands)>,
+    /// Delayed symbols and their delays, by the number of their `Delayed` symbol.
+    symbols: Vec<(Symbol, Summands)>,
     numbers: BTreeMap<(Symbol, Summands), u32>,
     work: usize,
     pub(super) delays: Vec<Delay>,
@@ -37,7 +37,7 @@ impl<'a> DelayResolver<'a> {
     pub(super) fn new(model: &'a Model, lags: BTreeMap<ExprId, u32>) -> Self {
         DelayResolver {
             model,
-            late: Vec::new(),
+            symbols: Vec::new(),
             numbers: BTreeMap::new(),
             work: 0,
             delays: Vec::new(),
@@ -93,7 +93,7 @@ impl<'a> DelayResolver<'a> {
     /// The undelayed symbol and its delay; `None` for a parameter.
     fn source(&self, symbol: Symbol) -> Option<(Symbol, Summands)> {
         match symbol {
-            Symbol::Late(k) => Some(self.late[k as usize].clone()),
+            Symbol::Delayed(k) => Some(self.symbols[k as usize].clone()),
             Symbol::Time
             | Symbol::Input(_)
             | Symbol::Unknown(_)
@@ -121,12 +121,12 @@ impl<'a> DelayResolver<'a> {
         if summands.is_empty() {
             return graph.symbol(source);
         }
-        let next = u32::try_from(self.late.len()).unwrap_or(u32::MAX);
-        let number = *self.numbers.entry((source, summands)).or_insert_with_key(|late| {
-            self.late.push(late.clone());
+        let next = u32::try_from(self.symbols.len()).unwrap_or(u32::MAX);
+        let number = *self.numbers.entry((source, summands)).or_insert_with_key(|delay| {
+            self.symbols.push(delay.clone());
             next
         });
-        graph.symbol(Symbol::Late(number))
+        graph.symbol(Symbol::Delayed(number))
     }
 
     /// The expression, if it reads only present and past values; otherwise the delayed derivative, which is unknown.
@@ -137,8 +137,8 @@ impl<'a> DelayResolver<'a> {
     ) -> Result<ExprId, Symbol> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {
-            let Symbol::Late(k) = symbol else { continue };
-            let (source, summands) = self.late[k as usize].clone();
+            let Symbol::Delayed(k) = symbol else { continue };
+            let (source, summands) = self.symbols[k as usize].clone();
             let now = match source {
                 Symbol::Input(i) => self.delayed_input(graph, i, &summands),
                 Symbol::Time => shifted_time(graph, &[], &summands),
@@ -176,10 +176,10 @@ impl<'a> DelayResolver<'a> {
         let read: Vec<(Symbol, Symbol, Summands)> = graph
             .symbols(id)
             .into_iter()
-            .filter_map(|symbol| self.source(symbol).map(|(source, late)| (symbol, source, late)))
+            .filter_map(|symbol| self.source(symbol).map(|(source, delay)| (symbol, source, delay)))
             .collect();
         // A varying delay does not delay an output as a whole.
-        if let Some((_, source, _)) = read.iter().find(|(_, _, late)| varies(graph, late)) {
+        if let Some((_, source, _)) = read.iter().find(|(_, _, delay)| varies(graph, delay)) {
             return Err([*source, *source]);
         }
         let is_unknown = |source: Symbol| {
@@ -192,18 +192,18 @@ impl<'a> DelayResolver<'a> {
             )
         };
         let mut unknowns = read.iter().filter(|(_, source, _)| is_unknown(*source));
-        let whole = if let Some((_, first, late)) = unknowns.next() {
-            if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != late) {
+        let whole = if let Some((_, first, delay)) = unknowns.next() {
+            if let Some((_, other, _)) = unknowns.find(|(_, _, other)| other != delay) {
                 return Err([*first, *other]);
             }
-            Some((*first, late.clone()))
+            Some((*first, delay.clone()))
         } else {
             // Only inputs: read as a whole with a delay if all of them are delayed.
             let inputs = read.iter().filter(|(_, s, _)| matches!(s, Symbol::Input(_)));
-            let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, late)| late).collect();
+            let distinct: BTreeSet<&Summands> = inputs.map(|(_, _, delay)| delay).collect();
             let source = read.first().map(|(_, source, _)| *source);
             match (distinct.len(), distinct.first(), source) {
-                (1, Some(late), Some(source)) => Some((source, (*late).clone())),
+                (1, Some(delay), Some(source)) => Some((source, (*delay).clone())),
                 _ => None,
             }
         };
@@ -213,17 +213,17 @@ impl<'a> DelayResolver<'a> {
         };
 
         let mut replaced = BTreeMap::new();
-        for (symbol, source, late) in read {
+        for (symbol, source, delay) in read {
             let now = match source {
                 Symbol::Input(i) => {
-                    let (early, rest) = difference(&whole, &late);
+                    let (early, rest) = difference(&whole, &delay);
                     if !early.is_empty() {
                         return Err([first, source]);
                     }
                     self.delayed_input(graph, i, &rest)
                 }
                 Symbol::Time => {
-                    let (early, rest) = difference(&whole, &late);
+                    let (early, rest) = difference(&whole, &delay);
                     shifted_time(graph, &early, &rest)
                 }
                 _ => graph.symbol(source),
@@ -239,8 +239,8 @@ impl<'a> DelayResolver<'a> {
     pub(super) fn known(&self, graph: &mut ExprGraph, id: ExprId) -> Option<ExprId> {
         let mut replaced = BTreeMap::new();
         for symbol in graph.symbols(id) {
-            let Symbol::Late(k) = symbol else { continue };
-            let (source, summands) = &self.late[k as usize];
+            let Symbol::Delayed(k) = symbol else { continue };
+            let (source, summands) = &self.symbols[k as usize];
             let tau = sum(graph, summands);
             let varies = varies(graph, summands);
             let list = if varies { &self.varying } else { &self.delays };
@@ -339,7 +339,7 @@ impl<'a> DelayResolver<'a> {
     }
 
     /// The error for a delayed derivative in the dynamics.
-    pub(super) fn late_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
+    pub(super) fn delayed_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
         let name = self.name(symbol);
         let message =
             format!("{reader} reads {name} as it was some time ago, which only outputs can");
@@ -379,7 +379,7 @@ impl<'a> DelayResolver<'a> {
             | Symbol::SweptInputSlope(..)
             | Symbol::Sensitivity(_)
             | Symbol::Discrete(_)
-            | Symbol::Late(_)
+            | Symbol::Delayed(_)
             | Symbol::DelayedUnknown(_)
             | Symbol::Past(..) => unreachable!("only inputs and unknowns are named"),
         }
@@ -431,9 +431,9 @@ fn difference(a: &[ExprId], b: &[ExprId]) -> (Summands, Summands) {
 }
 
 /// time + Σ early − Σ late
-fn shifted_time(graph: &mut ExprGraph, early: &[ExprId], late: &[ExprId]) -> ExprId {
+fn shifted_time(graph: &mut ExprGraph, early: &[ExprId], delayed: &[ExprId]) -> ExprId {
     let time = graph.symbol(Symbol::Time);
-    let (early, late) = (sum(graph, early), sum(graph, late));
+    let (early, delayed) = (sum(graph, early), sum(graph, delayed));
     let time = graph.add(time, early);
-    graph.subtract(time, late)
+    graph.subtract(time, delayed)
 }

@@ -122,8 +122,8 @@ pub(in crate::dae) fn place(
         behind(graph, opened, n_single)
     });
 
-    for late in &mut dae.delayed_unknowns {
-        late.unknown = placed(late.unknown, n_single);
+    for delayed in &mut dae.delayed_unknowns {
+        delayed.unknown = placed(delayed.unknown, n_single);
     }
     let transitions = dae.automata.iter_mut().flat_map(|automaton| &mut automaton.transitions);
     for (unknown, _) in transitions.flat_map(|transition| &mut transition.resets) {

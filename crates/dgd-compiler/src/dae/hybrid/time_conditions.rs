@@ -45,8 +45,9 @@ pub(in crate::dae) fn time_conditions(
                 let (times, clock) = passage(graph, comparison, a, b, conditions.len());
                 conditions.extend(times);
                 clocks.push(clock);
-                let late = if is_late(comparison) { Comparison::Greater } else { Comparison::Less };
-                graph.compare(late, number, half)
+                let delayed =
+                    if is_delayed(comparison) { Comparison::Greater } else { Comparison::Less };
+                graph.compare(delayed, number, half)
             };
             replacement.insert(id, holds);
             lines.insert(id, TimeAffine { alpha: holds, beta: None });
@@ -69,7 +70,7 @@ pub(in crate::dae) fn time_conditions(
 }
 
 /// Whether a comparison holds above its threshold.
-fn is_late(comparison: Comparison) -> bool {
+fn is_delayed(comparison: Comparison) -> bool {
     matches!(comparison, Comparison::Greater | Comparison::GreaterEqual)
 }
 
@@ -87,7 +88,7 @@ fn passage(
     let zero = graph.constant(0.0);
     let holds = graph.compare(comparison, difference.alpha, zero);
     let [above, below] = [1.0, -1.0].map(|side| graph.constant(side));
-    let (yes, no) = if is_late(comparison) { (above, below) } else { (below, above) };
+    let (yes, no) = if is_delayed(comparison) { (above, below) } else { (below, above) };
     times[0].after = graph.select(holds, yes, no);
     (times, clock)
 }
@@ -106,8 +107,8 @@ fn switch(
     let difference = a.minus(graph, b);
     let (alpha, beta) = (difference.alpha, difference.beta.unwrap_or(zero));
     let truth = |graph: &mut ExprGraph, holds: bool| graph.constant(f64::from(u8::from(holds)));
-    let late = is_late(comparison);
-    let (rising, falling) = (truth(graph, late), truth(graph, !late));
+    let is_rising_delayed = is_delayed(comparison);
+    let (rising, falling) = (truth(graph, is_rising_delayed), truth(graph, !is_rising_delayed));
 
     let quotient = graph.divide(alpha, beta);
     let crossing = graph.negate(quotient);

@@ -55,7 +55,7 @@ pub(super) enum Obstacle {
     /// It reads a function that jumps.
     Jump(&'static str),
     /// It reads a delayed unknown, whose derivative may jump.
-    Late,
+    Delayed,
     /// It reads an element of an array.
     Element,
     /// It reads an unknown of another part.
@@ -301,7 +301,7 @@ impl PantelidesReduction<'_> {
                 Node::Symbol(Symbol::InputSlope(i)) => {
                     return Err(Obstacle::Slope(self.slopes.declared(i)));
                 }
-                Node::Symbol(Symbol::DelayedUnknown(_)) => return Err(Obstacle::Late),
+                Node::Symbol(Symbol::DelayedUnknown(_)) => return Err(Obstacle::Delayed),
                 Node::Symbol(Symbol::Element(_)) => return Err(Obstacle::Element),
                 Node::Select(condition, ..) if !is_constant(self.graph, condition) => {
                     return Err(Obstacle::Jump("if"));

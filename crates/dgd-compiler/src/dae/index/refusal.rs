@@ -36,7 +36,7 @@ pub(super) fn refuse(
         Obstacle::Jump(function) => format!("`{function}` in it jumps"),
         Obstacle::Element => "it reads an element of an array".to_owned(),
         Obstacle::Foreign(_) => "it reads an unknown of another part".to_owned(),
-        Obstacle::Late => "it reads an unknown late".to_owned(),
+        Obstacle::Delayed => "it reads an unknown late".to_owned(),
         Obstacle::NoUnknown => "its derivatives only repeat other equations".to_owned(),
     };
     let determines =
@@ -57,7 +57,7 @@ pub(super) fn refuse(
         Obstacle::Jump(_) => ("write the constraint as an expression that is smooth", None),
         Obstacle::Element => ("give the element an unknown of its own in the constraint", None),
         Obstacle::Foreign(_) => ("describe it by fewer modes", None),
-        Obstacle::Late => ("let what arrives late act through a lag", None),
+        Obstacle::Delayed => ("let what arrives late act through a lag", None),
         Obstacle::NoUnknown => {
             ("leave out the equation that repeats others, or let it read another unknown", None)
         }

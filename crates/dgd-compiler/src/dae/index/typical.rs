@@ -32,7 +32,7 @@ impl TypicalValues {
             | Symbol::SweptInputSlope(..)
             | Symbol::Derivative(_)
             | Symbol::Sensitivity(_)
-            | Symbol::Late(_)
+            | Symbol::Delayed(_)
             | Symbol::DelayedUnknown(_)
             | Symbol::Element(_)
             | Symbol::Swept(_)

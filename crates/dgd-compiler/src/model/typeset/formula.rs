@@ -664,7 +664,7 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
             let ExprKind::Name(name) = &array.kind else { unreachable!("asked above") };
             return indexed(Formula::Dot(MathSymbol::of(name)), &indices);
         }
-        ("delay", [x, tau]) => return late(x, tau),
+        ("delay", [x, tau]) => return delayed(x, tau),
         ("sqrt", _) => return Formula::Root(Box::new(list)),
         ("abs", _) => return Formula::Fenced(Fence::Bars, Box::new(list)),
         ("floor", [_]) => return Formula::Fenced(Fence::Floor, Box::new(list)),
@@ -678,7 +678,7 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
 }
 
 /// x(t − τ), with brackets around an x that is not a name.
-fn late(x: &Expr, tau: &Expr) -> Formula {
+fn delayed(x: &Expr, tau: &Expr) -> Formula {
     let (x, tau) = (bare(x), bare(tau));
     let base = match x.kind {
         ExprKind::Name(_) => expression(x),

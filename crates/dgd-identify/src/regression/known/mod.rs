@@ -13,9 +13,9 @@
 //! Equations with delayed unknowns need these at other samples: in that case, everything is solved once more with the
 //! values known by then.
 
+pub(super) mod delayed;
 pub(super) mod filters;
 pub(crate) mod gains;
-pub(super) mod late;
 pub(super) mod modes;
 pub(super) mod slopes;
 
@@ -27,7 +27,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::{EstimateError, TrialFailed};
 use crate::recording::Recording;
 use crate::regression::error::RegressionError;
-use crate::regression::known::late::{BeforeRecord, DelayedColumns, cubic};
+use crate::regression::known::delayed::{BeforeRecord, DelayedColumns, cubic};
 use crate::regression::known::modes::{CorrectedRun, is_reset, remembered};
 use crate::regression::known::slopes::slopes;
 use crate::variables::first_start;
@@ -243,13 +243,13 @@ impl RecordingSamples {
 
     /// Finds the samples whose whole history is in the record.
     fn look_for_past(&mut self, system: &dyn Model, p: &[f64]) {
-        let Some(mut late) = DelayedColumns::new(system) else { return };
+        let Some(mut delayed) = DelayedColumns::new(system) else { return };
         let mut u = vec![0.0; self.n_u];
         for k in 0..self.times.len() {
             let point = self.point(k, p);
             u.copy_from_slice(point.u);
-            late.write(system, self, BeforeRecord::Unknown, point, &mut u);
-            self.has_past[k] = late.earliest >= self.times[0];
+            delayed.write(system, self, BeforeRecord::Unknown, point, &mut u);
+            self.has_past[k] = delayed.earliest >= self.times[0];
         }
     }
 
@@ -285,8 +285,8 @@ impl RecordingSamples {
         let mut sizes = vec![0.0; n];
         unknown_sizes(&system, &guess, &mut sizes);
         let mut solver = SampleSolver::new(system, sensors, sizes);
-        let mut late = DelayedColumns::new(system);
-        let before = late.is_some().then(|| self.clone());
+        let mut delayed = DelayedColumns::new(system);
+        let before = delayed.is_some().then(|| self.clone());
         self.y.fill(f64::NAN);
         let mut carrier =
             remembered(system).map(|_| CorrectedRun::new(system, p, recording, guess.clone()));
@@ -332,9 +332,9 @@ impl RecordingSamples {
                 self.z_before[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
             }
             self.z[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
-            if let (Some(late), Some(before)) = (&mut late, &before) {
+            if let (Some(delayed), Some(before)) = (&mut delayed, &before) {
                 let point = before.point(k, p);
-                late.write(system, before, BeforeRecord::Unknown, point, &mut u);
+                delayed.write(system, before, BeforeRecord::Unknown, point, &mut u);
             }
             let solved =
                 solver.solve(EvaluationPoint { t, y: &[], u: &u, p, z: &z }, &measured, &mut guess);

@@ -28,7 +28,7 @@ pub(in super::super) struct SymbolSizes {
     /// Those of declared inputs, then those of delayed ones.
     inputs: Vec<f64>,
     /// Those of delayed unknowns.
-    late: Vec<f64>,
+    delayed_values: Vec<f64>,
     /// For each array, its first element and their size.
     arrays: Vec<(u32, f64)>,
     /// For each discrete number, its number of values; none for counts.
@@ -65,14 +65,14 @@ impl SymbolSizes {
             unit.factor.abs().max(unit.offset.abs())
         };
         let arrays: Vec<(u32, f64)> = arrays.collect();
-        let of_late = |late: &DaeDelayedUnknown| match late.unknown {
+        let of_delayed = |delayed: &DaeDelayedUnknown| match delayed.unknown {
             Symbol::Element(i) => of_element(&arrays, i),
             unknown => unknowns[position(unknown)],
         };
-        let late_inputs = dae.delayed_inputs.iter().map(|late| late.input);
+        let delayed_inputs = dae.delayed_inputs.iter().map(|delayed| delayed.input);
         SymbolSizes {
-            inputs: (0..model.inputs.len()).chain(late_inputs).map(input).collect(),
-            late: dae.delayed_unknowns.iter().map(of_late).collect(),
+            inputs: (0..model.inputs.len()).chain(delayed_inputs).map(input).collect(),
+            delayed_values: dae.delayed_unknowns.iter().map(of_delayed).collect(),
             arrays,
             modes: values_of_discrete(dae),
             parameters,
@@ -140,7 +140,7 @@ impl SamplePoint {
                     (size, size * (1.0 + 0.5 * random.next()))
                 }
                 Symbol::Unknown(i) => around_zero(of.unknowns[i as usize]),
-                Symbol::DelayedUnknown(k) => around_zero(of.late[k as usize]),
+                Symbol::DelayedUnknown(k) => around_zero(of.delayed_values[k as usize]),
                 Symbol::Input(i) | Symbol::SweptInput(i, _) => {
                     around_zero(of.inputs.get(i as usize).copied().unwrap_or(1.0))
                 }

@@ -19,8 +19,9 @@ pub(super) struct DrivenUnknowns {
 impl DrivenUnknowns {
     pub(super) fn of(dae: &Dae, model: &Model) -> Self {
         let inputs = model.inputs.iter().map(|input| input.interpolation);
-        let late = dae.delayed_inputs.iter().map(|late| model.inputs[late.input].interpolation);
-        let is_linear = inputs.chain(late).map(|of| of == Interpolation::Linear).collect();
+        let delayed =
+            dae.delayed_inputs.iter().map(|delayed| model.inputs[delayed.input].interpolation);
+        let is_linear = inputs.chain(delayed).map(|of| of == Interpolation::Linear).collect();
         let none = BTreeSet::new();
         let mut driven = Self { unknowns: none.clone(), still: none, is_linear };
         let mut open: Vec<(u32, Vec<Symbol>)> = (0..)

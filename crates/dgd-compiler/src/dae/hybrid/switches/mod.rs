@@ -159,7 +159,7 @@ fn written(dae: &Dae, model: &Model, e: ExprId) -> String {
     let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| match symbol {
         Symbol::Element(i) => model.element_name(i),
         Symbol::DelayedUnknown(k) => match dae.delayed_unknowns[k as usize].unknown {
-            Symbol::Element(i) => dae.name_of_late(k as usize, &model.element_name(i)),
+            Symbol::Element(i) => dae.name_of_delayed(k as usize, &model.element_name(i)),
             _ => symbol_name(dae, symbol),
         },
         other => symbol_name(dae, other),

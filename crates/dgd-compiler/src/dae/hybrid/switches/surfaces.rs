@@ -91,8 +91,11 @@ pub(super) fn moves(
 ) -> HashMap<ExprId, Variation> {
     let is_linear: Vec<bool> = {
         let declared = model.inputs.iter().map(|input| input.interpolation);
-        let late = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
-        declared.chain(late).map(|interpolation| interpolation == Interpolation::Linear).collect()
+        let delayed = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
+        declared
+            .chain(delayed)
+            .map(|interpolation| interpolation == Interpolation::Linear)
+            .collect()
     };
     let mut moves: HashMap<ExprId, Variation> =
         HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());

@@ -5,8 +5,8 @@
 //! smoother.
 
 use crate::error::IntegrateError;
-use crate::integrate::late::history::Discontinuity;
-use crate::integrate::late::moving_jump::NO_JUMP;
+use crate::integrate::delay::history::Discontinuity;
+use crate::integrate::delay::moving_jump::NO_JUMP;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::signal::Segment;

@@ -4,8 +4,8 @@
 //! repeated with its own polynomial until it no longer changes.
 
 use crate::error::IntegrateError;
-use crate::integrate::late::discontinuities::Discontinuities;
-use crate::integrate::late::history::NODES;
+use crate::integrate::delay::discontinuities::Discontinuities;
+use crate::integrate::delay::history::NODES;
 use crate::integrate::methods::stepper::StepFailure;
 use crate::integrate::simulation::{Simulation, StepVariables};
 use crate::linalg::norm::{larger, largest_block};

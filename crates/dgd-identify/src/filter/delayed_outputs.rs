@@ -19,11 +19,11 @@ use super::remembered::EstimateHistory;
 use crate::error::TrialFailure;
 
 /// Delayed outputs, with the unknowns that they read.
-pub(super) struct LateOutputs {
-    outputs: Vec<LateOutput>,
+pub(super) struct DelayedOutputModel {
+    outputs: Vec<DelayedOutput>,
 }
 
-struct LateOutput {
+struct DelayedOutput {
     /// Positions of the output and of its delay.
     output: usize,
     delay: usize,
@@ -35,7 +35,7 @@ pub(super) struct DelayedReadings<'a> {
     problem: &'a ModelProblem<'a>,
     here: EvaluationPoint<'a>,
     past: &'a EstimateHistory,
-    all: Vec<(&'a LateOutput, DelayedReading)>,
+    all: Vec<(&'a DelayedOutput, DelayedReading)>,
 }
 
 /// The value of one of them.
@@ -47,7 +47,7 @@ struct DelayedReading {
     udot: Vec<f64>,
 }
 
-impl LateOutputs {
+impl DelayedOutputModel {
     /// # Errors
     ///
     /// [`FilterError::NotFollowed`] for outputs that read future values.
@@ -65,14 +65,14 @@ impl LateOutputs {
             }
             let columns = by_y.positions().filter(|(row, _)| *row == i);
             let unknowns = columns.map(|(_, column)| column).collect();
-            outputs.push(LateOutput { output: i, delay, unknowns });
+            outputs.push(DelayedOutput { output: i, delay, unknowns });
         }
         Ok(Self { outputs })
     }
 
     /// Positions of the unknowns that they read.
     pub(super) fn unknowns(&self) -> impl Iterator<Item = usize> {
-        self.outputs.iter().flat_map(|late| late.unknowns.iter().copied())
+        self.outputs.iter().flat_map(|delayed| delayed.unknowns.iter().copied())
     }
 
     /// Their values; the inputs of the point `here` are not used.
@@ -85,7 +85,9 @@ impl LateOutputs {
         let mut unknowns = Vec::new();
         if !self.outputs.is_empty() {
             let (tau, inputs) = (delays(problem), inputs_read(problem)?);
-            let read = |late: &'a LateOutput| (late, reading(&inputs, here, tau[late.delay], past));
+            let read = |delayed: &'a DelayedOutput| {
+                (delayed, reading(&inputs, here, tau[delayed.delay], past))
+            };
             unknowns.extend(self.outputs.iter().map(read));
         }
         Ok(DelayedReadings { problem, here, past, all: unknowns })
@@ -95,10 +97,10 @@ impl LateOutputs {
 impl DelayedReadings<'_> {
     /// Replaces current outputs by their delayed values.
     pub(super) fn write(&self, w: &mut [f64]) {
-        let mut delayed = vec![0.0; w.len()];
-        for (late, was) in &self.all {
-            self.problem.system.outputs(was.at(self.here), &mut delayed);
-            w[late.output] = delayed[late.output];
+        let mut values = vec![0.0; w.len()];
+        for (delayed, was) in &self.all {
+            self.problem.system.outputs(was.at(self.here), &mut values);
+            w[delayed.output] = values[delayed.output];
         }
     }
 
@@ -120,8 +122,8 @@ impl DelayedReadings<'_> {
         let (mut dwdy, mut dwdu, mut dwdp) =
             (zeros(by_y.len()), zeros(by_u.len()), zeros(by_p.len()));
         let mut dwdt = zeros(signature.outputs.len());
-        for (late, was) in all {
-            let (row, at) = (late.output, was.at(*here));
+        for (delayed, was) in all {
+            let (row, at) = (delayed.output, was.at(*here));
             problem.system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
             c.row_mut(row).fill(0.0);
             let mut rate = dwdt[row];
@@ -139,7 +141,7 @@ impl DelayedReadings<'_> {
                 let Direction::Parameter(i) = signature.directions[*direction] else { continue };
                 let entry = by_p.positions().zip(&dwdp).find(|(at, _)| *at == (row, i));
                 let by_theta = entry.map_or(0.0, |(_, slope)| *slope);
-                let moved = rate * dtau[direction * signature.delays.len() + late.delay];
+                let moved = rate * dtau[direction * signature.delays.len() + delayed.delay];
                 c[(row, column)] =
                     (by_theta - moved) * coordinates.slope(column, variables[column]);
             }

@@ -73,14 +73,14 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let u = moving.u.as_mut();
         u.copy_from_slice(segment.u);
         let mut jumping: Vec<usize> = Vec::new();
-        for (position, late) in signature.delayed_inputs.iter().enumerate() {
+        for (position, delayed) in signature.delayed_inputs.iter().enumerate() {
             let (left, right) = (
                 self.drive.at(self.t, self.y.as_ref())[declared + position],
                 u[declared + position],
             );
             if (right - left).abs() > NO_JUMP * left.abs().max(right.abs()) {
                 u[declared + position] = left;
-                jumping.push(late.delay);
+                jumping.push(delayed.delay);
             }
         }
         if jumping.is_empty() {
@@ -103,8 +103,8 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             }
             self.begin_moving_jump(&moving.dt, solution);
             self.rates(&mut moving.before);
-            for (position, late) in signature.delayed_inputs.iter().enumerate() {
-                if late.delay == delay {
+            for (position, delayed) in signature.delayed_inputs.iter().enumerate() {
+                if delayed.delay == delay {
                     moving.u.as_mut()[declared + position] = segment.u[declared + position];
                 }
             }
