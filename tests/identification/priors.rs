@@ -29,7 +29,7 @@ fn fitted(density: PriorDensity) -> Fit {
     let p = declared(&system);
     let problem = OutputErrorProblem {
         noise: vec![Some(NoiseSource::Known(0.05))],
-        priors: vec![Prior::of(1, density)],
+        priors: vec![Prior::for_parameter(1, density)],
         negligible_reduction: 1e-16,
         options: Options { rtol: 1e-11, atol: 1e-12, ..Options::default() },
         ..OutputErrorProblem::new(&system, &p, &recordings)

@@ -29,20 +29,24 @@ fn losses_are_what_their_table_says() {
         let c = loss.tuning().expect("not squares");
         for r in [-9.0, -4.0, -1.4, -0.5, 0.3, 1.2, 2.0, 4.6, 20.0] {
             let d = 1e-5;
-            let (below, at, above) = (loss.at(r - d), loss.at(r), loss.at(r + d));
+            let (below, at, above) = (loss.evaluate(r - d), loss.evaluate(r), loss.evaluate(r + d));
             close(at.weight * r, (above.value - below.value) / (4.0 * d), 1e-8);
-            let psi = |r: f64| loss.at(r).weight * r;
+            let psi = |r: f64| loss.evaluate(r).weight * r;
             close(at.curvature, (psi(r + d) - psi(r - d)) / (2.0 * d), 1e-7);
             assert!(at.weight <= 1.0 && at.value <= r * r, "no larger than squares: {loss:?} {r}");
         }
         // The same where it leaves the parabola as squares are there, and continuous.
-        close(loss.at(1e-4).value, 1e-8, 1e-15);
-        close(loss.at(c - 1e-9).value, loss.at(c + 1e-9).value, 1e-7);
+        close(loss.evaluate(1e-4).value, 1e-8, 1e-15);
+        close(loss.evaluate(c - 1e-9).value, loss.evaluate(c + 1e-9).value, 1e-7);
         // Asymptotic variance for normal noise, over that of squares: 1/0.95.
-        let influence = mean(|r| (loss.at(r).weight * r).powi(2));
-        let curvature = mean(|r| loss.at(r).curvature);
+        let influence = mean(|r| (loss.evaluate(r).weight * r).powi(2));
+        let curvature = mean(|r| loss.evaluate(r).curvature);
         close(curvature * curvature / influence, 0.95, 2e-4);
-        close(mean(|r| f64::from(u8::from(loss.at(r).weight < 0.5))), loss.light_share(), 1e-5);
+        close(
+            mean(|r| f64::from(u8::from(loss.evaluate(r).weight < 0.5))),
+            loss.light_share(),
+            1e-5,
+        );
     }
 }
 

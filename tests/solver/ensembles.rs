@@ -107,7 +107,7 @@ fn distance(
     times: &[f64],
     system: &impl SolvableSystem,
 ) -> f64 {
-    let (a, b) = (a.at(times), b.at(times));
+    let (a, b) = (a.to_trajectory(times), b.to_trajectory(times));
     let signature = system.signature();
     let unknowns = (0..signature.unknowns.len()).map(|i| (a.unknown(i), b.unknown(i)));
     let outputs = (0..signature.outputs.len()).map(|i| (a.output(i), b.output(i)));
@@ -255,7 +255,7 @@ fn sensitivities_are_those_of_the_integrator() {
             (k, outcome.sensitivity(3).to_vec(), outcome.output_sensitivity(0).to_vec())
         });
     for (k, (number, s, dw)) in by_members.into_iter().enumerate() {
-        let problem = members[k].of(&system);
+        let problem = members[k].to_problem(&system);
         let solution =
             dgd_runtime::simulate_with_sensitivities(&problem, &times, &options).unwrap();
         let observed = observe(&problem, &solution);
@@ -311,7 +311,7 @@ fn nothing_and_single_times_are_no_special_cases() {
     let start = [(0, 60.0)];
     let moved = Member { start: &start, ..members[0] };
     let outcome = &run(&system, &[moved], &[5.0], &Options::default(), 1)[0];
-    assert_eq!(outcome.as_ref().unwrap().at(&[5.0]).unknown(0), [60.0]);
+    assert_eq!(outcome.as_ref().unwrap().to_trajectory(&[5.0]).unknown(0), [60.0]);
 }
 
 /// The ensemble of the benchmark (`bench/peers`): CVODES and others agree to seven digits.

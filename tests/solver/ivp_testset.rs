@@ -46,7 +46,7 @@ fn error(system: &InterpretedSystem, case: &Case, options: &Options) -> (f64, &'
     for &(name, reference) in case.ends {
         let unknown = signature.unknowns.iter().position(|unknown| unknown.name == name);
         let i = unknown.unwrap_or_else(|| panic!("{}: no `{name}`", case.model));
-        let unknown = signature.unknowns.at(i);
+        let unknown = signature.unknowns.get(i);
         let reference = reference * unknown.unit.factor;
         // As the solver: the start value where no size is declared, and one of the unit for zero.
         let size = unknown.nominal.unwrap_or(start[i]).abs();

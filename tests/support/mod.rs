@@ -142,7 +142,7 @@ pub(crate) fn input_values(
     }
     let past: Vec<(String, Input)> = (signature.delayed_unknowns.iter())
         .map(|delayed| {
-            let unknown = signature.unknowns.at(delayed.unknown);
+            let unknown = signature.unknowns.get(delayed.unknown);
             // Not by its delay, whose text may hold a number that was rounded otherwise.
             let name = format!("{} late", unknown.name);
             let (unit, interpolation) = (unknown.unit.clone(), Interpolation::Linear);

@@ -27,7 +27,7 @@ pub struct Span {
 impl Span {
     /// The smallest range that contains both; the first if they are in different sources.
     #[must_use]
-    pub fn to(self, other: Span) -> Span {
+    pub fn join(self, other: Span) -> Span {
         if self.source != other.source {
             return self;
         }
@@ -92,7 +92,7 @@ impl SourceMap {
     pub fn line_column(&self, span: Span) -> (usize, usize) {
         let before = &self.get(span.source).text[..span.start as usize];
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        (before.matches('\n').count() + 1, ColumnUnit::Characters.of(&before[line_start..]) + 1)
+        (before.matches('\n').count() + 1, ColumnUnit::Characters.count(&before[line_start..]) + 1)
     }
 }
 
@@ -109,7 +109,7 @@ pub enum ColumnUnit {
 
 impl ColumnUnit {
     /// Number of columns of a text without line ends.
-    pub fn of(self, text: &str) -> usize {
+    pub fn count(self, text: &str) -> usize {
         match self {
             ColumnUnit::Utf8 => text.len(),
             ColumnUnit::Utf16 => text.chars().map(char::len_utf16).sum(),
@@ -122,7 +122,7 @@ impl ColumnUnit {
     fn bytes(self, line: &str, columns: usize) -> usize {
         let mut passed = 0;
         for (at, c) in line.char_indices() {
-            passed += self.of(&line[at..at + c.len_utf8()]);
+            passed += self.count(&line[at..at + c.len_utf8()]);
             if passed > columns {
                 return at;
             }
@@ -139,7 +139,7 @@ pub struct LineStarts {
 
 impl LineStarts {
     /// The lines of a text.
-    pub fn of(text: &str) -> LineStarts {
+    pub fn from_text(text: &str) -> LineStarts {
         let behind_ends = text.match_indices('\n').map(|(at, _)| at + 1);
         LineStarts { starts: std::iter::once(0).chain(behind_ends).collect() }
     }
@@ -151,7 +151,7 @@ impl LineStarts {
             byte -= 1;
         }
         let line = self.starts.partition_point(|start| *start <= byte) - 1;
-        (line, columns.of(&text[self.starts[line]..byte]))
+        (line, columns.count(&text[self.starts[line]..byte]))
     }
 
     /// The byte of this text at a line and column; the end of the line or text if these are shorter.
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn columns_of_greek_and_wide_letters_lead_back_to_their_bytes() {
         let text = "let τ = 1\r\nΔp 𝜌x # end\n";
-        let lines = LineStarts::of(text);
+        let lines = LineStarts::from_text(text);
         for (byte, _) in text.char_indices().filter(|(_, c)| !matches!(c, '\r' | '\n')) {
             for columns in [ColumnUnit::Utf8, ColumnUnit::Utf16, ColumnUnit::Characters] {
                 let (line, column) = lines.position(text, byte, columns);

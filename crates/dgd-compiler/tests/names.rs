@@ -47,7 +47,7 @@ fn names_of(texts: &Texts) -> (NameTable, SourceMap, Vec<PathBuf>) {
     let loaded = imports::load(files, &mut read, &mut sources, &mut diagnostics);
     let shown = render::render(&diagnostics.sorted(), &sources, render::RenderStyle::Plain);
     assert!(diagnostics.check().is_ok(), "{shown}");
-    let names = NameTable::of(&loaded.asts, &sources);
+    let names = NameTable::collect(&loaded.asts, &sources);
     (names, sources, texts.keys().cloned().collect())
 }
 

@@ -27,7 +27,7 @@ enum FileContents {
 impl InMemory {
     /// Adds a file, or replaces the one with this path.
     #[must_use]
-    pub fn with(mut self, path: impl AsRef<Path>, contents: impl Into<Vec<u8>>) -> Self {
+    pub fn with_file(mut self, path: impl AsRef<Path>, contents: impl Into<Vec<u8>>) -> Self {
         self.all.insert(plain(path.as_ref()), FileContents::Bytes(contents.into().into()));
         self
     }
@@ -170,9 +170,9 @@ mod tests {
     #[test]
     fn files_are_found_by_what_their_paths_mean() {
         let files = InMemory::default()
-            .with("models/a.dgd", "let a = 1\n")
-            .with("models/effects/b.dgd", "")
-            .with("models/effects/c/d.dgd", "");
+            .with_file("models/a.dgd", "let a = 1\n")
+            .with_file("models/effects/b.dgd", "")
+            .with_file("models/effects/c/d.dgd", "");
         let read = |path: &str| read_text(&files, Path::new(path));
         assert_eq!(read("./models/parts/../a.dgd").as_deref(), Ok("let a = 1\n"));
         assert_eq!(read("a.dgd"), Err("there is no such file".to_owned()));
@@ -187,11 +187,11 @@ mod tests {
 
     #[test]
     fn a_layer_above_hides_files_and_folders_below() {
-        let above = InMemory::default().with("m.dgd", "new").with("effects/a.dgd", "");
+        let above = InMemory::default().with_file("m.dgd", "new").with_file("effects/a.dgd", "");
         let below = InMemory::default()
-            .with("m.dgd", "old")
-            .with("effects/b.dgd", "")
-            .with("lib/c.dgd", "c")
+            .with_file("m.dgd", "old")
+            .with_file("effects/b.dgd", "")
+            .with_file("lib/c.dgd", "c")
             .with_columns("data", DataColumns::default());
         let files = LayeredFiles { above: &above, below: &below };
         let read = |path: &str| read_text(&files, Path::new(path));

@@ -57,7 +57,7 @@ impl<'a> ReadOptions<'a> {
 
     /// The same with only these columns and the time; other columns get a header and no values.
     #[must_use]
-    pub fn of(self, wanted: &'a [&'a str]) -> Self {
+    pub fn with_columns(self, wanted: &'a [&'a str]) -> Self {
         ReadOptions { wanted: Some(wanted), ..self }
     }
 
@@ -182,7 +182,7 @@ fn read_text(
     }
     let mut records = CsvRecords::new(Cursor::new(&head[start..]).chain(rest), start, lines);
     let mut header = match records.next() {
-        Ok(Some(record)) if record.end() <= text.len() => CsvHeader::of(&record),
+        Ok(Some(record)) if record.end() <= text.len() => CsvHeader::from_record(&record),
         Ok(_) => {
             let why = if text.trim().is_empty() { "it is empty" } else { "it has no header line" };
             return Err(diagnostics.error(unreadable(name, &text[..start], sources, why)));

@@ -11,7 +11,7 @@ pub struct Sha256Digest([u8; 32]);
 
 impl Sha256Digest {
     /// The digest of these parts, one after the other.
-    pub fn of<T: AsRef<[u8]>>(parts: impl IntoIterator<Item = T>) -> Self {
+    pub fn from_parts<T: AsRef<[u8]>>(parts: impl IntoIterator<Item = T>) -> Self {
         let hasher = parts.into_iter().fold(Sha256::new(), Sha256::chain_update);
         Self::finished(hasher)
     }
@@ -79,6 +79,6 @@ mod tests {
         // An example of FIPS 180-4.
         let text = "sha256:ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(Sha256Digest::read(b"abc".as_slice()).expect("readable").to_string(), text);
-        assert_eq!(Sha256Digest::of(["a", "bc"]).to_string(), text);
+        assert_eq!(Sha256Digest::from_parts(["a", "bc"]).to_string(), text);
     }
 }

@@ -100,7 +100,7 @@ impl<'a> RowStream<'a> {
         let mut line =
             CsvRecords::new(Cursor::new(head.as_bytes()[start..].to_vec()), start, lines);
         let mut header = match line.next() {
-            Ok(Some(record)) => CsvHeader::of(&record),
+            Ok(Some(record)) => CsvHeader::from_record(&record),
             Ok(None) | Err(_) => {
                 return Err(diagnostics.error(unreadable(name, &head, sources, "it is empty")));
             }
@@ -116,9 +116,9 @@ impl<'a> RowStream<'a> {
         let time = (columns[0].name == "time").then(|| columns.remove(0));
         let factor = match time {
             None => None,
-            Some(column) => {
-                Some(TimeColumn::of(column, DisorderPolicy::Required, diagnostics)?.factor())
-            }
+            Some(column) => Some(
+                TimeColumn::from_header(column, DisorderPolicy::Required, diagnostics)?.factor(),
+            ),
         };
         let table = DataTable {
             digest: None,

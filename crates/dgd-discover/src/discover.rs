@@ -426,11 +426,11 @@ fn refine<'a>(
     // A model that diverges stays as it was.
     let before = before.unwrap_or_else(|_| fits[0].0.clone());
     let after = ended.next().transpose()?.unwrap_or_else(|| before.clone());
-    let of_base = ModelSpread::of(search, StructureId::BASE, &before, &data);
+    let of_base = ModelSpread::from_structure(search, StructureId::BASE, &before, &data);
     let model_spread = if named.is_base() {
         of_base.clone()
     } else {
-        ModelSpread::of(search, named, &after, &data)
+        ModelSpread::from_structure(search, named, &after, &data)
     };
     Ok(RefinedModels { data, before, after, model_spreads: [of_base, model_spread] })
 }
@@ -496,7 +496,7 @@ fn explain(
     let condition = unexplained.first().filter(|_| is_open && !data.is_over());
     let regime = condition.and_then(|first| first.condition.as_ref()).and_then(|condition| {
         let explained = search.thresholds.explained;
-        ConditionRegime::of(condition, &circumstances, before, data, explained)
+        ConditionRegime::find(condition, &circumstances, before, data, explained)
     });
     ExplainedEffects { circumstances, missing, effects, unexplained, regime }
 }

@@ -49,12 +49,12 @@ impl DiscoveryOptions<'_> {
         let BaseModel { asts, options, free, fix, engine: _, scales: _ } = self.base;
         let texts: Vec<&str> = self.sources.iter().map(|source| &*source.text).collect();
         Digest::EMPTY
-            .of(&env!("CARGO_PKG_VERSION"))
-            .of(&texts)
-            .of(&(self.library.len(), self.templates.len()))
-            .of(&(asts, options, free, fix))
-            .of(&(self.train.0, self.valid.0))
-            .of(&(self.options, self.is_method_named))
+            .debug(&env!("CARGO_PKG_VERSION"))
+            .debug(&texts)
+            .debug(&(self.library.len(), self.templates.len()))
+            .debug(&(asts, options, free, fix))
+            .debug(&(self.train.0, self.valid.0))
+            .debug(&(self.options, self.is_method_named))
     }
 }
 

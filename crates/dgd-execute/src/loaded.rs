@@ -90,12 +90,12 @@ impl LoadedSystem {
             #[cfg(feature = "native")]
             Engine::Auto => {
                 let native = NativeFunctions::for_host(&program, calls_before);
-                Self::by(program, native)
+                Self::with_native(program, native)
             }
             #[cfg(feature = "native")]
             Engine::Native => {
                 let native = NativeFunctions::for_host(&program, |_| 0);
-                Self::by(program, native)
+                Self::with_native(program, native)
             }
             #[cfg(not(feature = "native"))]
             Engine::Auto | Engine::Native => Self::with_engine(program, Engine::Interpreter),
@@ -112,7 +112,7 @@ impl LoadedSystem {
     }
 
     #[cfg(feature = "native")]
-    pub(crate) fn by(program: Program, native: NativeFunctions) -> Self {
+    pub(crate) fn with_native(program: Program, native: NativeFunctions) -> Self {
         ProgramSystem(OnDemand {
             interpreter: Interpreter::new(program),
             native: Some(Arc::new(native)),

@@ -120,7 +120,7 @@ impl Digest {
 
     /// The digest with the `{:?}` output of a value, which distinguishes all finite numbers, and a terminator appended.
     #[must_use]
-    pub fn of(mut self, value: &dyn fmt::Debug) -> Self {
+    pub fn debug(mut self, value: &dyn fmt::Debug) -> Self {
         // Writing to a digest cannot fail.
         let _ = write!(self, "{value:?}");
         self.bytes(&[0])
@@ -337,10 +337,10 @@ mod tests {
             0x343e_1662_793c_64bf_6f0d_3597_ba44_6f18
         );
         // Adjacent values do not merge.
-        let of = |a: &str, b: &str| Digest::EMPTY.of(&a).of(&b);
+        let of = |a: &str, b: &str| Digest::EMPTY.debug(&a).debug(&b);
         assert_ne!(of("ab", "c"), of("a", "bc"));
         let (one, next) = (1.0_f64, 1.0_f64.next_up());
-        assert_ne!(Digest::EMPTY.of(&one), Digest::EMPTY.of(&next));
+        assert_ne!(Digest::EMPTY.debug(&one), Digest::EMPTY.debug(&next));
     }
 
     #[test]

@@ -292,7 +292,7 @@ pub(crate) fn sums(
 ) -> Result<Vec<OutputSums>, TrialFailure> {
     let SumsOf { columns, counting } = of;
     let n_w = observations.n_w;
-    let mut slopes = SampleSlopes::of(columns);
+    let mut slopes = SampleSlopes::new(columns);
     let mut sums_of_outputs = Vec::with_capacity(n_w);
     for (output, counting) in counting.iter().copied().enumerate() {
         let mut sums = OutputSums::zeros(columns.len(), counting);
@@ -331,7 +331,7 @@ struct SampleSlopes<'a> {
 }
 
 impl<'a> SampleSlopes<'a> {
-    fn of(columns: &'a [DirectionColumn]) -> Self {
+    fn new(columns: &'a [DirectionColumn]) -> Self {
         let zeros = || vec![0.0; columns.len()];
         Self { columns, of_output: zeros(), of_sigma: zeros() }
     }
@@ -453,7 +453,7 @@ impl<'a> StreamingSums<'a> {
                 .collect(),
             first: recording.times.partition_point(|t| *t < recording.counts_from),
             counting,
-            slopes: SampleSlopes::of(columns),
+            slopes: SampleSlopes::new(columns),
             sums: counting.iter().map(|of| OutputSums::zeros(columns.len(), *of)).collect(),
             spoilt: None,
         }

@@ -28,7 +28,7 @@ impl Names {
         let Identity { version, build, platform, arithmetic } = identity;
         Names {
             folder: folder.to_owned(),
-            of: Digest::EMPTY.of(&"dgd piece 1").of(&(version, build, platform, arithmetic)),
+            of: Digest::EMPTY.debug(&"dgd piece 1").debug(&(version, build, platform, arithmetic)),
             models: Mutex::default(),
             data: Mutex::default(),
         }
@@ -39,8 +39,8 @@ impl Names {
         let model = self.model(piece);
         let files = || piece.data.iter().chain(&piece.valid);
         let data: Vec<Result<Sha256Digest, String>> = files().map(|file| self.data(file)).collect();
-        let digest = self.of.of(&(&piece.well, &piece.when, &piece.kind, piece.words()));
-        format!("{:032x}", digest.of(&(model, data)).value())
+        let digest = self.of.debug(&(&piece.well, &piece.when, &piece.kind, piece.words()));
+        format!("{:032x}", digest.debug(&(model, data)).value())
     }
 
     /// The digest of the texts of its model and of its effects.

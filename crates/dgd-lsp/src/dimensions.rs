@@ -10,7 +10,7 @@ use dgd_compiler::units::Dimension;
 use crate::analysis::Analysis;
 
 /// The dimension of a second.
-const SECOND: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
+const SECOND: Dimension = Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]);
 
 /// Calls `visit` with every top-level expression of a file.
 pub(crate) fn expressions(ast: &Ast, visit: &mut dyn FnMut(&Expr)) {
@@ -84,7 +84,7 @@ fn of_operands(expr: &Expr, known: &BTreeMap<Span, Dimension>) -> Option<Dimensi
         ExprKind::Product(factors) => {
             factors.iter().try_fold(Dimension::ONE, |product, (how, factor)| match how {
                 FactorSide::Times => product.times(dimension(factor)?),
-                FactorSide::Over => product.over(dimension(factor)?),
+                FactorSide::Over => product.divide(dimension(factor)?),
             })
         }
         _ => None,

@@ -68,7 +68,7 @@ impl OpenDocuments {
         let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
         let mut read = |path: &str| self.read(path);
         let loaded = imports::load(files, &mut read, &mut sources, &mut diagnostics);
-        (NameTable::of(&loaded.asts, &sources), sources)
+        (NameTable::collect(&loaded.asts, &sources), sources)
     }
 }
 

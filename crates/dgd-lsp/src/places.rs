@@ -8,7 +8,7 @@ use lsp_types::{Location, Position, Range, Uri};
 
 /// The range of some bytes of a text.
 pub(crate) fn range(text: &str, bytes: std::ops::Range<usize>, columns: ColumnUnit) -> Range {
-    let lines = LineStarts::of(text);
+    let lines = LineStarts::from_text(text);
     let position = |byte| {
         let (line, column) = lines.position(text, byte, columns);
         Position::new(line as u32, column as u32)
@@ -29,7 +29,7 @@ pub(crate) fn location(span: Span, sources: &SourceMap, columns: ColumnUnit) -> 
 
 /// The byte at a position of a text.
 pub(crate) fn byte(text: &str, at: Position, columns: ColumnUnit) -> usize {
-    LineStarts::of(text).byte(text, at.line as usize, at.character as usize, columns)
+    LineStarts::from_text(text).byte(text, at.line as usize, at.character as usize, columns)
 }
 
 /// The path of a file URI, with escapes such as `%20` decoded; other URIs are used as paths.

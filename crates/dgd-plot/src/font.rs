@@ -64,29 +64,30 @@ struct GlyphPlacement<'a> {
 }
 
 impl GlyphPlacement<'_> {
-    fn at(&self, x: f32, y: f32) -> (f32, f32) {
+    fn transform(&self, x: f32, y: f32) -> (f32, f32) {
         ((self.x + f64::from(x) * self.unit) as f32, (self.y - f64::from(y) * self.unit) as f32)
     }
 }
 
 impl OutlineBuilder for GlyphPlacement<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.at(x, y);
+        let (x, y) = self.transform(x, y);
         self.pen.move_to(x, y);
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
-        let (x, y) = self.at(x, y);
+        let (x, y) = self.transform(x, y);
         self.pen.line_to(x, y);
     }
 
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        let ((x1, y1), (x, y)) = (self.at(x1, y1), self.at(x, y));
+        let ((x1, y1), (x, y)) = (self.transform(x1, y1), self.transform(x, y));
         self.pen.quad_to(x1, y1, x, y);
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        let ((x1, y1), (x2, y2), (x, y)) = (self.at(x1, y1), self.at(x2, y2), self.at(x, y));
+        let ((x1, y1), (x2, y2), (x, y)) =
+            (self.transform(x1, y1), self.transform(x2, y2), self.transform(x, y));
         self.pen.curve_to(x1, y1, x2, y2, x, y);
     }
 

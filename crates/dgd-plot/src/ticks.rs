@@ -93,7 +93,7 @@ impl PlotAxis {
 
         // All in units of 10^power, relative to 10^decade: tick i stands at i·digit.
         let TickStep { digit, power } = step;
-        let offset = TickOffset::of(low, high, power);
+        let offset = TickOffset::choose(low, high, power);
         let numbers = (first..=last).map(|i| i * digit - offset.in_units_of(power));
         let numbers: Vec<i64> = numbers.collect();
         let largest = numbers.iter().map(|n| n.unsigned_abs()).max().unwrap_or(0);
@@ -162,7 +162,7 @@ struct TickOffset {
 
 impl TickOffset {
     /// The roundest number within five ranges of the range, a multiple of 10^finest.
-    fn of(low: f64, high: f64, finest: i32) -> TickOffset {
+    fn choose(low: f64, high: f64, finest: i32) -> TickOffset {
         let (middle, span) = (f64::midpoint(low, high), high - low);
         if span >= NARROW * middle.abs() {
             return TickOffset { number: 0, power: 0 };

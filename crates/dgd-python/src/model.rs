@@ -53,7 +53,7 @@ pub(crate) fn load(
     set: Vec<String>,
     apply: Vec<String>,
 ) -> PyResult<PyModel> {
-    let add = |all: InMemory, (path, text): (String, Vec<u8>)| all.with(path, text);
+    let add = |all: InMemory, (path, text): (String, Vec<u8>)| all.with_file(path, text);
     let in_memory = texts.into_iter().fold(InMemory::default(), add);
     let choices = Choices::new(variant, set, apply);
     let observer = Arc::new(PyObserver::new(None));
@@ -72,7 +72,7 @@ pub(crate) fn load(
             |name: &str| [".dgd", ".csv", ".csv.gz"].iter().any(|ending| name.ends_with(ending));
         let sources = loaded.sources.iter().filter(|source| is_text(&source.name));
         let read = sources.fold(effects_beside(&path, &files), |all, source| {
-            all.with(&source.name, source.text.as_bytes())
+            all.with_file(&source.name, source.text.as_bytes())
         });
         let (asts, model) = (&loaded.compiled.asts, &loaded.compiled.model);
         let label = |line: &FormulaLine| match line {
@@ -107,7 +107,7 @@ fn effects_beside(model: &Path, files: &dyn FileSystem) -> InMemory {
     };
     for entry in files.entries(&folder).into_iter().flat_map(inside) {
         if let Ok(text) = read_import(files, &entry.path) {
-            effects = effects.with(&entry.path, text);
+            effects = effects.with_file(&entry.path, text);
         }
     }
     effects

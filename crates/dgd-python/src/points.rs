@@ -34,7 +34,7 @@ impl PyEquations {
 
     /// Evaluates a function at a point.
     #[allow(clippy::needless_pass_by_value)]
-    fn at(
+    fn evaluate(
         &self,
         py: Python<'_>,
         PyPoint(t, y, u, p): PyPoint,
@@ -99,19 +99,19 @@ impl PyEquations {
     }
 
     fn rhs(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
-        self.at(py, point, dgd_work::Equations::rhs)
+        self.evaluate(py, point, dgd_work::Equations::rhs)
     }
 
     fn jacobian(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
-        self.at(py, point, dgd_work::Equations::jacobian)
+        self.evaluate(py, point, dgd_work::Equations::jacobian)
     }
 
     fn parameter_jacobian(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
-        self.at(py, point, dgd_work::Equations::parameter_jacobian)
+        self.evaluate(py, point, dgd_work::Equations::parameter_jacobian)
     }
 
     fn outputs_at(&self, py: Python<'_>, point: PyPoint) -> PyResult<PyNumbers> {
-        self.at(py, point, dgd_work::Equations::outputs)
+        self.evaluate(py, point, dgd_work::Equations::outputs)
     }
 }
 

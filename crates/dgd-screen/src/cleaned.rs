@@ -29,7 +29,7 @@ pub(crate) struct CleanedRecord {
 
 impl CleanedRecord {
     /// Checks every channel of a record.
-    pub(crate) fn of(record: &ScreenedRecord<'_>) -> CleanedRecord {
+    pub(crate) fn clean(record: &ScreenedRecord<'_>) -> CleanedRecord {
         let mut cleaned =
             CleanedRecord { values: Vec::new(), noise: Vec::new(), findings: Vec::new() };
         for channel in 0..record.channels.len() {
@@ -76,7 +76,8 @@ impl CleanedRecord {
         let missing = runs(raw.len(), |k| !raw[k].is_finite());
         if !missing.is_empty() {
             let count = missing.iter().map(|(first, last)| last - first + 1).sum();
-            let stretches = missing.iter().map(|(a, b)| TimeStretch::of(times, *a, *b)).collect();
+            let stretches =
+                missing.iter().map(|(a, b)| TimeStretch::from_samples(times, *a, *b)).collect();
             find(ChannelFault::Missing(count), stretches, None, Severity::Remark);
         }
         if low == high {
@@ -147,7 +148,8 @@ impl CleanedRecord {
             if count == 0 {
                 continue;
             }
-            let stretch = |spike: &Spike| TimeStretch::of(times, spike.samples.0, spike.samples.1);
+            let stretch =
+                |spike: &Spike| TimeStretch::from_samples(times, spike.samples.0, spike.samples.1);
             let (fault, weight) = if is_spike {
                 (ChannelFault::Spikes { count, largest }, Severity::Fault)
             } else {

@@ -66,7 +66,7 @@ pub(crate) struct ChannelLife {
 
 impl ChannelLife {
     /// Statistics of these values; `None` if the channel shows no noise of its own.
-    pub(crate) fn of(values: &[f64]) -> Option<ChannelLife> {
+    pub(crate) fn estimate(values: &[f64]) -> Option<ChannelLife> {
         let mut shares = Vec::new();
         let (mut turns, mut moves) = (0usize, 0usize);
         for block in values.chunks(BLOCK) {
@@ -103,7 +103,7 @@ impl ChannelLife {
 
 /// Periods in which an otherwise working channel reads one value.
 pub fn frozen(times: &[f64], values: &[f64]) -> Vec<FrozenRun> {
-    let Some(life) = ChannelLife::of(values) else { return Vec::new() };
+    let Some(life) = ChannelLife::estimate(values) else { return Vec::new() };
     let repeated = |k: usize| k > 0 && values[k] == values[k - 1];
     runs(values.len(), repeated)
         .into_iter()
@@ -111,7 +111,7 @@ pub fn frozen(times: &[f64], values: &[f64]) -> Vec<FrozenRun> {
             let (first, length) = (first - 1, last - first + 2);
             let p_value = life.expected(values.len(), length);
             (length >= FEWEST && p_value < RARE).then(|| FrozenRun {
-                stretch: TimeStretch::of(times, first, last),
+                stretch: TimeStretch::from_samples(times, first, last),
                 samples: (first, last),
                 value: values[first],
                 p_value,
@@ -123,7 +123,7 @@ pub fn frozen(times: &[f64], values: &[f64]) -> Vec<FrozenRun> {
 /// Limits at which readings of an otherwise working channel pile up.
 pub fn saturated(times: &[f64], values: &[f64]) -> Vec<SaturatedReadings> {
     let Some((low, high)) = extremes(values) else { return Vec::new() };
-    if low == high || ChannelLife::of(values).is_none() {
+    if low == high || ChannelLife::estimate(values).is_none() {
         return Vec::new();
     }
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
@@ -137,7 +137,7 @@ pub fn saturated(times: &[f64], values: &[f64]) -> Vec<SaturatedReadings> {
             let samples: Vec<usize> = (0..values.len()).filter(|k| values[*k] == limit).collect();
             let stretches: Vec<TimeStretch> = runs(values.len(), |k| values[k] == limit)
                 .into_iter()
-                .map(|(first, last)| TimeStretch::of(times, first, last))
+                .map(|(first, last)| TimeStretch::from_samples(times, first, last))
                 .collect();
             // Noise takes readings to a limit and off it again; a single long run is a held value.
             if stretches.len() < FEWEST_RUNS {

@@ -31,7 +31,7 @@ pub struct TimeStretch {
 
 impl TimeStretch {
     /// The interval of the samples `first..=last`.
-    pub(crate) fn of(times: &[f64], first: usize, last: usize) -> TimeStretch {
+    pub(crate) fn from_samples(times: &[f64], first: usize, last: usize) -> TimeStretch {
         TimeStretch { from: times[first], until: times[last] }
     }
 }

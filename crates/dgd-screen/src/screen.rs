@@ -70,12 +70,12 @@ pub fn slope_window(times: &[f64]) -> Option<f64> {
 
 /// Compares all channels of one unit with similar names.
 pub fn kin(record: &ScreenedRecord<'_>, request: &ScreenOptions) -> Vec<SimilarChannels> {
-    compared(&CleanedRecord::of(record), record, request)
+    compared(&CleanedRecord::clean(record), record, request)
 }
 
 /// Runs all tests on a record.
 pub fn screen(record: &ScreenedRecord<'_>, request: &ScreenOptions) -> Screening {
-    let cleaned = CleanedRecord::of(record);
+    let cleaned = CleanedRecord::clean(record);
     let sampling = sampling(record.times);
     let mut findings = spacing_findings(&sampling);
     let mut comparisons: Vec<RedundantPair> = Vec::new();

@@ -105,7 +105,7 @@ pub fn motion(
         .into_iter()
         .filter(|(first, last)| times[*last] - times[*first] >= window)
         .map(|(first, last)| SteadyPeriod {
-            stretch: TimeStretch::of(times, first, last),
+            stretch: TimeStretch::from_samples(times, first, last),
             samples: (first, last),
             means: record.channels.iter().map(|c| mean(&c.values[first..=last])).collect(),
         })
@@ -126,7 +126,7 @@ pub fn motion(
                 ))
             });
             let changes = moved.collect();
-            TransientPeriod { stretch: TimeStretch::of(times, first, last), changes }
+            TransientPeriod { stretch: TimeStretch::from_samples(times, first, last), changes }
         })
         .collect();
     Motion { window, rests, steady, transients }

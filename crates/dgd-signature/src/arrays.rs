@@ -131,7 +131,7 @@ mod tests {
             outputs: List::Borrowed(&[]),
             densities: List::Borrowed(&[]),
             directions: List::Borrowed(&[]),
-            jacobian: Pattern::of(&[(0, 0)]),
+            jacobian: Pattern::from_places(&[(0, 0)]),
             sensitivity_jacobian: none(),
             parameter_jacobian: none(),
             input_jacobian: none(),
@@ -183,14 +183,14 @@ mod tests {
         assert_eq!(mass, [0.0, 0.0, 1.0, 1.0]);
         assert_eq!((whole.unknowns.len(), whole.unknowns.n_algebraic()), (4, 2));
         for (i, unknown) in whole.unknowns.iter().enumerate() {
-            assert_eq!(unknown, whole.unknowns.at(i));
+            assert_eq!(unknown, whole.unknowns.get(i));
             let named = Unknown {
                 name: whole.unknowns.name(i),
                 unit: whole.unknowns.unit(i).clone(),
                 nominal: whole.unknowns.nominal(i),
                 differential: whole.unknowns.is_differential(i),
             };
-            assert_eq!((named, &labels[i]), (unknown, &whole.equations.at(i)));
+            assert_eq!((named, &labels[i]), (unknown, &whole.equations.get(i)));
         }
         let places: Vec<_> = whole.jacobian.positions().collect();
         assert_eq!(places, [(0, 0), (2, 1), (3, 2), (2, 0), (3, 0)]);

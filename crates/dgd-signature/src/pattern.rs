@@ -31,7 +31,7 @@ impl Pattern {
     }
 
     /// Single non-zeros at these places (row, column).
-    pub fn of(places: &[(usize, usize)]) -> Self {
+    pub fn from_places(places: &[(usize, usize)]) -> Self {
         Self {
             rows: places.iter().map(|place| place.0).collect(),
             columns: places.iter().map(|place| place.1).collect(),

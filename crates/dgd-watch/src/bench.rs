@@ -250,7 +250,8 @@ impl ModelBench {
         if self.ready.len() == MOST_READY {
             self.ready.remove(0);
         }
-        let written = ParameterValues::of(&text, &ask.variant).names().map(str::to_owned).collect();
+        let written =
+            ParameterValues::read(&text, &ask.variant).names().map(str::to_owned).collect();
         let model = &prepared.description.model;
         let effects = applicable(session.files, &self.request.model, model);
         self.ready.push(ReadyModel { chosen, text, written, effects, prepared });

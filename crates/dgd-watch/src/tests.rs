@@ -20,9 +20,9 @@ const DATA: &str = "time [s],T [K]\n0,80.1\n50,53.2\n100,36.1\n200,16.0\n300,7.1
 
 fn bench() -> (ModelBench, InMemory) {
     let files = InMemory::default()
-        .with("cooling.dgd", MODEL)
-        .with("effects/heat.dgd", EFFECT)
-        .with("cup.csv", DATA);
+        .with_file("cooling.dgd", MODEL)
+        .with_file("effects/heat.dgd", EFFECT)
+        .with_file("cup.csv", DATA);
     let mut request = RunRequest::new("cooling.dgd");
     request.data = Some("cup.csv".into());
     (ModelBench::new(request), files)
@@ -84,7 +84,7 @@ fn kept_curves_stay_beside_what_follows_until_they_are_let_go() {
     let residuals = &answer["charts"]["figures"][1]["panels"][0]["series"];
     assert_eq!(residuals.as_array().map(Vec::len), Some(2));
     // They are unchanged, although the file has changed.
-    let files = files.with("cooling.dgd", MODEL.replace("= 80", "= 40"));
+    let files = files.with_file("cooling.dgd", MODEL.replace("= 80", "= 40"));
     bench.forget();
     let answer = asked(&mut bench, &files, r#"{"kept":[1]}"#);
     assert!((last(&answer, 0) - 3.283_4).abs() < 1e-3);
@@ -117,7 +117,7 @@ fn sensitivities_are_scaled_and_columns_are_sent_once() {
 #[test]
 fn mistakes_have_places_and_the_text_around_them() {
     let (mut bench, files) = bench();
-    let files = files.with("cooling.dgd", MODEL.replace("-T }", "-S }"));
+    let files = files.with_file("cooling.dgd", MODEL.replace("-T }", "-S }"));
     let answer = asked(&mut bench, &files, "{}");
     let mistake = &answer["mistakes"][0];
     assert_eq!((&mistake["code"], &mistake["places"][0]["line"]), (&json!("E201"), &json!(6)));
@@ -125,7 +125,7 @@ fn mistakes_have_places_and_the_text_around_them() {
     // The value of a parameter that no longer exists is ignored, one beyond the bounds is refused.
     let answer = asked(&mut bench, &files, r#"{"values":{"gone":1}}"#);
     assert_eq!(answer["mistakes"][0]["code"], json!("E201"));
-    let files = files.with("cooling.dgd", MODEL);
+    let files = files.with_file("cooling.dgd", MODEL);
     for act in ["run", "sensitivities", "fit"] {
         let ask = format!("{{\"do\":\"{act}\",\"values\":{{\"gone\":1}}}}");
         assert_eq!(asked(&mut bench, &files, &ask)["ok"], json!(true), "{act}");
@@ -157,7 +157,7 @@ fn what_is_overtaken_says_so() {
 #[test]
 fn a_run_that_takes_hours_is_stopped_before_its_next_step() {
     let model = "model hours\nconstant w [1/s] = 1\nstate x = 1\nstate v = 0\nequation a: der(x) = v*w\nequation b: der(v) = -x*w\noutput x\n";
-    let files = InMemory::default().with("hours.dgd", model);
+    let files = InMemory::default().with_file("hours.dgd", model);
     let mut request = RunRequest::new("hours.dgd");
     request.solve.until = Some(1e9);
     request.every = Some(1e8);

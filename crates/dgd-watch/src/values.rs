@@ -21,7 +21,7 @@ pub struct ParameterValues {
 
 impl ParameterValues {
     /// The values in the text of a model with these choices of variants; empty for a text with errors.
-    pub fn of(text: &str, variant: &BTreeMap<String, String>) -> ParameterValues {
+    pub fn read(text: &str, variant: &BTreeMap<String, String>) -> ParameterValues {
         let mut places = BTreeMap::new();
         if let Some(ast) = parsed(text) {
             collect(&ast.items, variant, &mut places);
@@ -40,7 +40,7 @@ impl ParameterValues {
     /// # Errors
     ///
     /// [`CannotWrite`]; nothing is changed.
-    pub fn with(&self, values: &BTreeMap<String, f64>) -> Result<String, CannotWrite> {
+    pub fn write(&self, values: &BTreeMap<String, f64>) -> Result<String, CannotWrite> {
         let mut edits = Vec::new();
         for (name, value) in values {
             let Some(span) = self.places.get(name) else {
@@ -179,47 +179,53 @@ mod tests {
 
     #[test]
     fn values_change_and_all_else_stays_where_it_is() {
-        let own = ParameterValues::of(TEXT, &BTreeMap::new());
+        let own = ParameterValues::read(TEXT, &BTreeMap::new());
         assert_eq!(own.names().collect::<Vec<_>>(), ["A", "K", "k"]);
-        let changed = own.with(&values(&[("A", 1.25), ("k", 1.5e-7), ("K", -0.0625)]));
+        let changed = own.write(&values(&[("A", 1.25), ("k", 1.5e-7), ("K", -0.0625)]));
         let expected = TEXT
             .replace("= 2         in", "= 1.25      in")
             .replace("= 2 * 0.05  in", "= 1.5e-7    in")
             .replace("K = 1e-3", "K = -0.0625");
         assert_eq!(changed, Ok(expected));
-        assert_eq!(own.with(&BTreeMap::new()).as_deref(), Ok(TEXT));
+        assert_eq!(own.write(&BTreeMap::new()).as_deref(), Ok(TEXT));
         // The value of the chosen alternative.
         let free =
-            ParameterValues::of(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
-        assert_eq!(free.with(&values(&[("K", 6.0)])), Ok(TEXT.replace("K = 5", "K = 6")));
+            ParameterValues::read(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
+        assert_eq!(free.write(&values(&[("K", 6.0)])), Ok(TEXT.replace("K = 5", "K = 6")));
     }
 
     #[test]
     fn elements_change_where_each_has_a_value() {
         let text = "model m\nparameter k[0..1] = (2, 3)\nparameter r[1..2] = 5\n\
                     parameter a[1..2][1..2] = ((1, 2), 7)\n";
-        let own = ParameterValues::of(text, &BTreeMap::new());
+        let own = ParameterValues::read(text, &BTreeMap::new());
         assert_eq!(own.names().collect::<Vec<_>>(), ["a[1][1]", "a[1][2]", "k[0]", "k[1]"]);
-        let changed = own.with(&values(&[("k[1]", 4.0), ("a[1][2]", 9.0)]));
+        let changed = own.write(&values(&[("k[1]", 4.0), ("a[1][2]", 9.0)]));
         assert_eq!(changed, Ok(text.replace("(2, 3)", "(2, 4)").replace("(1, 2)", "(1, 9)")));
-        assert_eq!(own.with(&values(&[("r[1]", 4.0)])), Err(CannotWrite::Elsewhere("r[1]".into())));
+        assert_eq!(
+            own.write(&values(&[("r[1]", 4.0)])),
+            Err(CannotWrite::Elsewhere("r[1]".into()))
+        );
     }
 
     #[test]
     fn a_long_value_takes_the_room_there_is() {
-        let own = ParameterValues::of(TEXT, &BTreeMap::new());
-        let changed = own.with(&values(&[("k", 0.123_456_789_012_345)])).expect("it is there");
+        let own = ParameterValues::read(TEXT, &BTreeMap::new());
+        let changed = own.write(&values(&[("k", 0.123_456_789_012_345)])).expect("it is there");
         assert!(changed.contains("= 0.123456789012345 in 0 ..        # twice"), "{changed}");
     }
 
     #[test]
     fn what_stands_elsewhere_or_is_no_number_is_refused() {
-        let own = ParameterValues::of(TEXT, &BTreeMap::new());
-        let refused = own.with(&values(&[("A", 1.0), ("F_b", 2.0)]));
+        let own = ParameterValues::read(TEXT, &BTreeMap::new());
+        let refused = own.write(&values(&[("A", 1.0), ("F_b", 2.0)]));
         assert_eq!(refused, Err(CannotWrite::Elsewhere("F_b".to_owned())));
-        let refused = own.with(&values(&[("A", f64::NAN)]));
+        let refused = own.write(&values(&[("A", f64::NAN)]));
         assert_eq!(refused, Err(CannotWrite::NotFinite("A".to_owned())));
-        assert_eq!(ParameterValues::of("model a\nparameter", &BTreeMap::new()).names().count(), 0);
+        assert_eq!(
+            ParameterValues::read("model a\nparameter", &BTreeMap::new()).names().count(),
+            0
+        );
     }
 
     #[test]

@@ -93,7 +93,7 @@ pub(crate) fn domain_end<S: SolvableSystem>(
         }
     }
     let end = if inside.abs() <= ZERO * size { 0.0 } else { inside };
-    let unknown = signature.unknowns.at(i);
+    let unknown = signature.unknowns.get(i);
     Some(DomainEnd {
         name: unknown.name.to_string(),
         value: unknown.unit.from_si(end),

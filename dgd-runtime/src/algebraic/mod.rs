@@ -30,12 +30,12 @@ pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Inputs at the time of the equations. Those that act late may move with the unknowns.
 pub(crate) trait InputsAt {
-    fn at(&mut self, y: &[f64]) -> &[f64];
+    fn evaluate(&mut self, y: &[f64]) -> &[f64];
 }
 
 impl InputsAt for &[f64] {
     #[inline]
-    fn at(&mut self, _: &[f64]) -> &[f64] {
+    fn evaluate(&mut self, _: &[f64]) -> &[f64] {
         self
     }
 }
@@ -77,7 +77,7 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
         // If no mode has algebraic unknowns, nothing is factorised.
         let is_explicit = Self::is_explicit(signature);
         let pattern = if is_explicit { &Pattern::EMPTY } else { &signature.jacobian };
-        Self::with(system, mass, pattern)
+        Self::with_mass(system, mass, pattern)
     }
 
     /// Whether no mode has algebraic unknowns.
@@ -89,10 +89,10 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
     pub(crate) fn all(system: &S) -> Self {
         let signature = system.signature();
         let mass = S::Vector::zeros(signature.unknowns.len());
-        Self::with(system, mass, &signature.jacobian)
+        Self::with_mass(system, mass, &signature.jacobian)
     }
 
-    fn with(system: &S, mass: S::Vector, pattern: &Pattern) -> Self {
+    fn with_mass(system: &S, mass: S::Vector, pattern: &Pattern) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
         let count = mass.as_ref().iter().filter(|mass| **mass == 0.0).count();

@@ -88,12 +88,12 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
         let CorrectionWeights { sizes, tolerances } = weights;
         let signature = system.signature();
         let pattern = &signature.jacobian;
-        let equation = |row: usize| signature.equations.at(row).to_string();
+        let equation = |row: usize| signature.equations.get(row).to_string();
         let mut nudges = 0;
 
         for iteration in 1..=MOST_ITERATIONS {
             system.linearize(
-                EvaluationPoint { t, y, u: u.at(y), p, z },
+                EvaluationPoint { t, y, u: u.evaluate(y), p, z },
                 self.zero_slopes.as_ref(),
                 self.f.as_mut(),
                 jacobian,
@@ -107,7 +107,8 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
                 undefined.map(|((row, _), _)| row)
             });
             if let Some(row) = not_finite {
-                let operands = readings(system, EvaluationPoint { t, y, u: u.at(y), p, z }, row);
+                let operands =
+                    readings(system, EvaluationPoint { t, y, u: u.evaluate(y), p, z }, row);
                 return Err(InitialError::NotFinite { equation: equation(row), t, at: operands });
             }
             if self.f.as_ref().iter().all(|f| *f == 0.0) {
@@ -131,7 +132,7 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
                 }
                 if nudges == most_nudges {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
-                    let point = EvaluationPoint { t, y, u: u.at(y), p, z };
+                    let point = EvaluationPoint { t, y, u: u.evaluate(y), p, z };
                     return Err(self.singular(system, point, row, jacobian, sizes));
                 }
                 nudges += 1;
@@ -149,8 +150,10 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
                 self.trial.as_mut().copy_from_slice(y);
                 add_scaled(self.trial.as_mut(), lambda, self.correction.as_ref());
                 let trial = self.trial.as_ref();
-                system
-                    .rhs(EvaluationPoint { t, y: trial, u: u.at(trial), p, z }, self.next.as_mut());
+                system.rhs(
+                    EvaluationPoint { t, y: trial, u: u.evaluate(trial), p, z },
+                    self.next.as_mut(),
+                );
                 mask(self.next.as_mut(), self.mass.as_ref());
                 self.factorisation.solve(self.next.as_mut());
                 let next = tolerances.mean_square(self.next.as_ref(), y, y, sizes);
@@ -168,11 +171,11 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
             } else {
-                let point = EvaluationPoint { t, y, u: u.at(y), p, z };
+                let point = EvaluationPoint { t, y, u: u.evaluate(y), p, z };
                 return Err(self.not_converged(system, point, weights, jacobian, iteration));
             }
         }
-        let point = EvaluationPoint { t, y, u: u.at(y), p, z };
+        let point = EvaluationPoint { t, y, u: u.evaluate(y), p, z };
         Err(self.not_converged(system, point, weights, jacobian, MOST_ITERATIONS))
     }
 
@@ -202,7 +205,7 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
         InitialError::NotConverged {
             t,
             iterations,
-            equation: signature.equations.at(row).to_string(),
+            equation: signature.equations.get(row).to_string(),
             residual: self.f.as_ref()[row],
             unknown: signature.unknowns.name(unknown).to_string(),
             correction: correction[unknown],
@@ -245,7 +248,7 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
         let relative = |row: usize| f[row].abs() / terms[row].max(f64::MIN_POSITIVE);
         let first = block.iter().copied().max_by(|i, j| relative(*i).total_cmp(&relative(*j)));
         let row = first.unwrap_or(row);
-        let label = |row: usize| signature.equations.at(row).to_string();
+        let label = |row: usize| signature.equations.get(row).to_string();
         InitialError::Singular {
             equation: label(row),
             t: at.t,

@@ -363,7 +363,7 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
             undefined.map(|((row, _), _)| row)
         });
         let Some(row) = not_finite else { return Ok(()) };
-        let equation = signature.equations.at(row).to_string();
+        let equation = signature.equations.get(row).to_string();
         let readings = readings(system, at, row);
         Err(InitialError::NotFinite { equation, t: at.t, at: readings })
     }
@@ -436,7 +436,7 @@ impl<S: SolvableSystem> AlgebraicSystem<S> {
         Err(self.singular(system, at, row, jacobian, weights.sizes))
     }
 
-    /// Evaluates the surfaces at `at` and where the correction leads.
+    /// Evaluates the surfaces at `get` and where the correction leads.
     fn look_ahead(
         &mut self,
         system: &S,

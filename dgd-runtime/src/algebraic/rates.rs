@@ -35,7 +35,7 @@ impl<S: SolvableSystem> UnknownRates<S> {
     }
 
     /// ẏ at consistent values; `None` if the algebraic unknowns are not determined.
-    pub(crate) fn at(
+    pub(crate) fn evaluate(
         &mut self,
         system: &S,
         at: EvaluationPoint<'_>,

@@ -73,7 +73,7 @@ pub(crate) fn readings<S: SolvableSystem>(
     };
     let mut readings: Vec<(ReadValue, bool)> = Vec::new();
     for (i, slope) in in_row(&signature.jacobian, by_y.as_ref()) {
-        let unknown = signature.unknowns.at(i);
+        let unknown = signature.unknowns.get(i);
         readings.push((ReadValue::new(&unknown.name, at.y[i], &unknown.unit), slope.is_finite()));
     }
     for (i, slope) in in_row(&signature.input_jacobian, &by_u) {

@@ -59,7 +59,7 @@ impl fmt::Display for NoTaylorSeries {
 
 /// The coefficient at k, which is below the number of terms; the remainder avoids a bounds check.
 #[inline(always)]
-fn at(a: &SeriesTerms, k: usize) -> f64 {
+fn coefficient(a: &SeriesTerms, k: usize) -> f64 {
     a[k % (MOST_ORDER + 1)]
 }
 
@@ -79,9 +79,11 @@ fn inner(a: &SeriesTerms, b: &SeriesTerms, k: usize) -> f64 {
         3 => return a[1] * b[2] + a[2] * b[1],
         _ => {}
     }
-    let mut sum = if k.is_multiple_of(2) { at(a, k / 2) * at(b, k / 2) } else { 0.0 };
+    let mut sum =
+        if k.is_multiple_of(2) { coefficient(a, k / 2) * coefficient(b, k / 2) } else { 0.0 };
     for j in (1..k.div_ceil(2)).rev() {
-        sum += at(a, j) * at(b, k - j) + at(a, k - j) * at(b, j);
+        sum +=
+            coefficient(a, j) * coefficient(b, k - j) + coefficient(a, k - j) * coefficient(b, j);
     }
     sum
 }
@@ -97,9 +99,10 @@ fn inner_square(a: &SeriesTerms, k: usize) -> f64 {
     }
     let mut half = 0.0;
     for j in (1..k.div_ceil(2)).rev() {
-        half += at(a, j) * at(a, k - j);
+        half += coefficient(a, j) * coefficient(a, k - j);
     }
-    let middle = if k.is_multiple_of(2) { at(a, k / 2) * at(a, k / 2) } else { 0.0 };
+    let middle =
+        if k.is_multiple_of(2) { coefficient(a, k / 2) * coefficient(a, k / 2) } else { 0.0 };
     middle + 2.0 * half
 }
 
@@ -108,7 +111,7 @@ fn inner_square(a: &SeriesTerms, k: usize) -> f64 {
 fn inner_weighted(a: &SeriesTerms, b: &SeriesTerms, k: usize) -> f64 {
     let mut sum = 0.0;
     for j in 1..k {
-        sum += j as f64 * at(a, j) * at(b, k - j);
+        sum += j as f64 * coefficient(a, j) * coefficient(b, k - j);
     }
     sum
 }
@@ -116,31 +119,31 @@ fn inner_weighted(a: &SeriesTerms, b: &SeriesTerms, k: usize) -> f64 {
 /// a b: Σⱼ aⱼ b₍ₖ₋ⱼ₎, j = 0 … k.
 #[inline(always)]
 pub fn multiply(a: &SeriesTerms, b: &SeriesTerms, k: usize) -> f64 {
-    inner(a, b, k) + (a[0] * at(b, k) + at(a, k) * b[0])
+    inner(a, b, k) + (a[0] * coefficient(b, k) + coefficient(a, k) * b[0])
 }
 
 /// a².
 #[inline(always)]
 pub fn square(a: &SeriesTerms, k: usize) -> f64 {
-    inner_square(a, k) + 2.0 * a[0] * at(a, k)
+    inner_square(a, k) + 2.0 * a[0] * coefficient(a, k)
 }
 
 /// a b for a straight line a.
 #[inline(always)]
 pub fn multiply_line(a: &SeriesTerms, b: &SeriesTerms, k: usize) -> f64 {
-    a[1] * at(b, k - 1) + a[0] * at(b, k)
+    a[1] * coefficient(b, k - 1) + a[0] * coefficient(b, k)
 }
 
 /// v = a/b: (aₖ − Σⱼ bⱼ v₍ₖ₋ⱼ₎)/b₀, j = 1 … k.
 #[inline(always)]
 pub fn divide(a_k: f64, b: &SeriesTerms, v: &SeriesTerms, reciprocal: f64, k: usize) -> f64 {
-    (a_k - inner(b, v, k) - at(b, k) * v[0]) * reciprocal
+    (a_k - inner(b, v, k) - coefficient(b, k) * v[0]) * reciprocal
 }
 
 /// v̇ = d ẋ: Σⱼ j xⱼ d₍ₖ₋ⱼ₎/k, j = 1 … k.
 #[inline(always)]
 pub fn chain(x: &SeriesTerms, d: &SeriesTerms, k: usize) -> f64 {
-    inner_weighted(x, d, k) / k as f64 + at(x, k) * d[0]
+    inner_weighted(x, d, k) / k as f64 + coefficient(x, k) * d[0]
 }
 
 /// v = √a, with 1/(2 v₀).
@@ -152,7 +155,7 @@ pub fn root(a_k: f64, v: &SeriesTerms, half_reciprocal: f64, k: usize) -> f64 {
 /// v = log a, with 1/a₀.
 #[inline(always)]
 pub fn log(a: &SeriesTerms, v: &SeriesTerms, reciprocal: f64, k: usize) -> f64 {
-    (at(a, k) - inner_weighted(v, a, k) / k as f64) * reciprocal
+    (coefficient(a, k) - inner_weighted(v, a, k) / k as f64) * reciprocal
 }
 
 /// v = a^r, with 1/a₀. If a starts at zero, coefficients of v below order r are zero.
@@ -164,7 +167,7 @@ pub fn power(a: &SeriesTerms, v: &SeriesTerms, exponent: f64, reciprocal: f64, k
     }
     let mut sum = 0.0;
     for j in 1..=k {
-        sum += (j as f64 * (exponent + 1.0) - order) * at(a, j) * at(v, k - j);
+        sum += (j as f64 * (exponent + 1.0) - order) * coefficient(a, j) * coefficient(v, k - j);
     }
     sum / order * reciprocal
 }
@@ -174,8 +177,8 @@ pub fn power(a: &SeriesTerms, v: &SeriesTerms, exponent: f64, reciprocal: f64, k
 pub fn magnitude(a: &SeriesTerms, k: usize) -> f64 {
     let first = a.iter().take(k + 1).find(|a| **a != 0.0);
     match first {
-        Some(first) if *first < 0.0 => -at(a, k),
-        _ => at(a, k),
+        Some(first) if *first < 0.0 => -coefficient(a, k),
+        _ => coefficient(a, k),
     }
 }
 
@@ -204,22 +207,22 @@ pub fn add_product<const N: usize>(
     row: usize,
     k: usize,
 ) {
-    let coefficient = |order: usize| &s[order * rows + row];
+    let s_term = |order: usize| &s[order * rows + row];
     let mut sum = [0.0; N];
     if k.is_multiple_of(2) {
-        let (a, s) = (at(a, k / 2), coefficient(k / 2));
+        let (a, s) = (coefficient(a, k / 2), s_term(k / 2));
         for (sum, s) in sum.iter_mut().zip(s) {
             *sum = a * s;
         }
     }
     for j in (1..k.div_ceil(2)).rev() {
         let (a_j, a_rest, s_j, s_rest) =
-            (at(a, j), at(a, k - j), coefficient(j), coefficient(k - j));
+            (coefficient(a, j), coefficient(a, k - j), s_term(j), s_term(k - j));
         for ((sum, s_j), s_rest) in sum.iter_mut().zip(s_j).zip(s_rest) {
             *sum += a_j * s_rest + a_rest * s_j;
         }
     }
-    let (a_0, a_k, s_0, s_k) = (a[0], at(a, k), coefficient(0), coefficient(k));
+    let (a_0, a_k, s_0, s_k) = (a[0], coefficient(a, k), s_term(0), s_term(k));
     for (((g, sum), s_0), s_k) in g.iter_mut().zip(sum).zip(s_0).zip(s_k) {
         *g += sum + (a_0 * s_k + a_k * s_0);
     }

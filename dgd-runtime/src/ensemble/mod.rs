@@ -55,7 +55,7 @@ pub struct Member<'a> {
 
 impl<'a> Member<'a> {
     /// The member as a problem of its own.
-    pub fn of<S>(&self, system: &'a S) -> Problem<'a, S> {
+    pub fn to_problem<S>(&self, system: &'a S) -> Problem<'a, S> {
         Problem { system, p: self.p, inputs: self.inputs, start: self.start }
     }
 }
@@ -149,7 +149,7 @@ impl OwnedTrajectory {
     /// # Panics
     ///
     /// If quantities are read with a different number of times.
-    pub fn at<'a>(&'a self, times: &'a [f64]) -> Trajectory<'a> {
+    pub fn to_trajectory<'a>(&'a self, times: &'a [f64]) -> Trajectory<'a> {
         let values = self.values.each_ref().map(Vec::as_slice);
         Trajectory { times, statistics: self.statistics, values, stride: times.len() }
     }
@@ -222,7 +222,7 @@ fn run_part<'a, S: SolvableSystem, T>(
     let has_lanes = wanted != EnsembleQuantities::Sensitivities && lanes::suit(system.signature());
     if has_lanes && let Some(mut pack) = LaneEngine::new(system, times, options, wanted) {
         let mut waiting = members.iter().enumerate();
-        let next = || waiting.next().map(|(i, member)| (i, member.of(system)));
+        let next = || waiting.next().map(|(i, member)| (i, member.to_problem(system)));
         pack.run(next, |done| {
             // Missing members are run below.
             if let Ok(done) = done {
@@ -238,9 +238,9 @@ fn run_part<'a, S: SolvableSystem, T>(
     }
     let singly = |(i, result): (usize, Option<T>)| {
         result.unwrap_or_else(|| {
-            let outcome = single::run(&members[i].of(system), times, options, wanted);
+            let outcome = single::run(&members[i].to_problem(system), times, options, wanted);
             let outcome = outcome.as_ref().map_err(Failure::clone);
-            reduce(i, outcome.map(|kept| kept.at(times)))
+            reduce(i, outcome.map(|kept| kept.to_trajectory(times)))
         })
     };
     results.into_iter().enumerate().map(singly).collect()

@@ -357,7 +357,7 @@ impl<'a, S: SolvableSystem> LaneEngine<'a, S> {
             let Some(seat) = &mut self.seats[l] else { continue };
             let step = LaneStep { lane: l, t, per_h: 1.0 / (t_new - t) };
             let (stride, first) = (self.times.stride(), seat.recorded);
-            let count = self.times.before(first, t_new);
+            let count = self.times.count_before(first, t_new);
             // The next step overwrites values beyond this one.
             let eights = first..first + count.next_multiple_of(LANES);
             let requested = &self.times.all()[eights.clone()];

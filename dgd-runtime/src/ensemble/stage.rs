@@ -90,9 +90,10 @@ pub(super) fn mean_square(
 ) -> Lanes {
     let mut sum = Lanes::ZERO;
     for (((e, y), y_new), size) in e.iter().zip(y).zip(y_new).zip(sizes) {
-        let trusted = y_new.with(y.with(*size, Tolerances::most), |new, most| new.abs().min(most));
-        let value = y.with(trusted, |y, new| y.abs().max(new));
-        let ratio = *e / value.with(*size, |y, size| tolerances.weight(y, size));
+        let trusted =
+            y_new.combine(y.combine(*size, Tolerances::most), |new, most| new.abs().min(most));
+        let value = y.combine(trusted, |y, new| y.abs().max(new));
+        let ratio = *e / value.combine(*size, |y, size| tolerances.weight(y, size));
         sum = sum + ratio * ratio;
     }
     let n = e.len().max(1) as f64;

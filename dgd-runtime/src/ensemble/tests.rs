@@ -28,7 +28,7 @@ fn all_widths_give_the_same_bits() {
             let mut waiting = sets.iter().enumerate();
             let next = || {
                 let (k, p) = waiting.next()?;
-                Some((k, Member { p, inputs: &inputs, start: &[] }.of(&system)))
+                Some((k, Member { p, inputs: &inputs, start: &[] }.to_problem(&system)))
             };
             pack.run(next, |done| {
                 let done = done.expect("a run to the end");

@@ -37,7 +37,7 @@ impl<'a> PaddedTimes<'a> {
 
     /// The number of times from `first` on that are before `t`.
     #[inline(always)]
-    pub(super) fn before(&self, first: usize, t: f64) -> usize {
+    pub(super) fn count_before(&self, first: usize, t: f64) -> usize {
         // Exact if they are equidistant.
         let guess = first + ((t - self.padded[first]) * self.rate) as u32 as usize;
         for k in [guess, guess + 1] {

@@ -52,7 +52,7 @@ pub fn method_to_begin<S: SolvableSystem>(
     simulation.start(&mut solution).ok()?;
     simulation.linearize_for_step(&mut solution);
     let (method, row) = simulation.other_method()?;
-    Some(OtherMethod { method, equation: signature.equations.at(row).to_string(), t })
+    Some(OtherMethod { method, equation: signature.equations.get(row).to_string(), t })
 }
 
 impl<S: SolvableSystem> Simulation<'_, S> {

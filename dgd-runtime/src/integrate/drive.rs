@@ -17,8 +17,8 @@ pub(crate) struct InstantInputs<'d, 'a, S: SolvableSystem> {
 
 impl<S: SolvableSystem> InputsAt for InstantInputs<'_, '_, S> {
     #[inline]
-    fn at(&mut self, y: &[f64]) -> &[f64] {
-        self.drive.at(self.t, y)
+    fn evaluate(&mut self, y: &[f64]) -> &[f64] {
+        self.drive.evaluate(self.t, y)
     }
 }
 
@@ -73,7 +73,7 @@ impl<'a, S: SolvableSystem> InputCursor<'a, S> {
 
     /// u(t); delays may depend on y(t).
     #[inline]
-    pub(crate) fn at(&mut self, t: f64, y: &[f64]) -> &[f64] {
+    pub(crate) fn evaluate(&mut self, t: f64, y: &[f64]) -> &[f64] {
         if !self.is_constant {
             let (u, udot) = (self.start.as_ref(), self.slope.as_ref());
             let segment = Segment { t0: self.t0, t1: f64::INFINITY, u, udot };
@@ -109,7 +109,7 @@ impl<'a, S: SolvableSystem> InputCursor<'a, S> {
     /// u(t) and u̇; the slopes of delayed unknowns are their own entries of u.
     #[inline]
     pub(crate) fn with_slope(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
-        self.at(t, y);
+        self.evaluate(t, y);
         (self.now.as_ref(), self.slope.as_ref())
     }
 
@@ -122,7 +122,7 @@ impl<'a, S: SolvableSystem> InputCursor<'a, S> {
 
     /// Starts the history with consistent values at `t`.
     pub(crate) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>, sizes: &[f64]) {
-        self.at(t, y);
+        self.evaluate(t, y);
         if let Some(history) = &mut self.history {
             history.begin(self.problem, t, y, s, sizes, self.now.as_ref());
         }
@@ -140,7 +140,7 @@ impl<'a, S: SolvableSystem> InputCursor<'a, S> {
         if !self.has_varying_delays() {
             return;
         }
-        self.at(t, y);
+        self.evaluate(t, y);
         if let Some(history) = &mut self.history {
             history.locate(self.problem, t, y, self.now.as_ref());
         }
@@ -158,7 +158,7 @@ impl<'a, S: SolvableSystem> InputCursor<'a, S> {
 
     /// Makes a delay read values on the other side of a mark, which it reaches at (t, y).
     pub(super) fn pass(&mut self, at: &Discontinuity, t: f64, y: &[f64]) {
-        self.at(t, y);
+        self.evaluate(t, y);
         if let Some(history) = &mut self.history {
             history.pass(at, t);
         }
@@ -169,7 +169,7 @@ impl<'a, S: SolvableSystem> InputCursor<'a, S> {
         if !self.has_varying_delays() {
             return None;
         }
-        self.at(t, y);
+        self.evaluate(t, y);
         self.history.as_mut()?.passed(self.problem, t, y, self.now.as_ref())
     }
 
@@ -179,7 +179,7 @@ impl<'a, S: SolvableSystem> InputCursor<'a, S> {
         if !self.has_varying_delays() {
             return None;
         }
-        self.at(t, y);
+        self.evaluate(t, y);
         self.history.as_mut()?.earliest(self.problem, t, y, self.now.as_ref())
     }
 }

@@ -89,7 +89,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
         let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
         let mut evaluate = |drive: &mut InputCursor<S>, f: &mut S::Vector, place: StepEnd| {
-            let point = EvaluationPoint { t, y, u: drive.at(t, y), p, z };
+            let point = EvaluationPoint { t, y, u: drive.evaluate(t, y), p, z };
             match (&mut self.directions, place) {
                 (None, _) => system.rhs(point, f.as_mut()),
                 (Some(SensitivityWorkspace { s, g, .. }), StepEnd::Start) => {

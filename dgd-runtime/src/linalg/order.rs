@@ -258,7 +258,7 @@ mod tests {
                 places.push((i + 1, m + i));
             }
         }
-        let pattern = Pattern::of(&places);
+        let pattern = Pattern::from_places(&places);
         let (order, width) = narrowest(2 * m, &pattern);
         assert_eq!(width, Bandwidth { lower: 1, upper: 1 });
         for unknown in 0..2 * m {
@@ -270,7 +270,7 @@ mod tests {
     fn components_follow_one_another() {
         // Two rings of six, their members alternating.
         let places: Vec<_> = (0..12_usize).map(|i| (i, (i + 2) % 12)).collect();
-        let pattern = Pattern::of(&places);
+        let pattern = Pattern::from_places(&places);
         let (_, width) = narrowest(12, &pattern);
         assert_eq!(width.lower.max(width.upper), 2);
     }
@@ -291,7 +291,7 @@ mod tests {
             }
         }
         let n = rows * columns;
-        let pattern = Pattern::of(&places);
+        let pattern = Pattern::from_places(&places);
         let (_, width) = narrowest(n, &pattern);
         // Levels are diagonals of the grid: at most 7 unknowns each.
         assert!(width.lower.max(width.upper) <= rows, "{width:?}");

@@ -89,7 +89,7 @@ mod tests {
         let near = |i: usize, j: usize| (i / b).abs_diff(j / b) <= 1;
         let places: Vec<_> =
             (0..n).flat_map(|i| (0..n).filter(move |j| near(i, *j)).map(move |j| (i, j))).collect();
-        let steps = Staircase::new(n, &Pattern::of(&places), &UnknownOrder::Natural);
+        let steps = Staircase::new(n, &Pattern::from_places(&places), &UnknownOrder::Natural);
         for k in 0..n {
             let block = k / b;
             assert_eq!(steps.bottom(k), (b * (block + 2)).min(n) - 1);

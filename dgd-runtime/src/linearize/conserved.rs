@@ -43,7 +43,7 @@ pub struct ConservedCombination {
 
 impl ConservedCombination {
     /// The value of the combination at these unknowns.
-    pub(super) fn of(&self, y: &[f64]) -> f64 {
+    pub(super) fn value(&self, y: &[f64]) -> f64 {
         self.terms.iter().map(|(state, c)| c * y[*state]).sum()
     }
 }

@@ -69,7 +69,7 @@ impl Elimination {
                 let (row, column) = open.unwrap_or((0, 0));
                 Err(LinearizeError::Undetermined {
                     t: at.t,
-                    equation: signature.equations.at(eliminated[row]).to_string(),
+                    equation: signature.equations.get(eliminated[row]).to_string(),
                     unknown: signature.unknowns.name(eliminated[column]).to_string(),
                 })
             }

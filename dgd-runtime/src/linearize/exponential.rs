@@ -70,7 +70,7 @@ impl<'a> Responses<'a> {
     }
 
     /// The response after a time h; `rounding` is that of the times whose difference h is.
-    pub fn of(&mut self, h: f64, rounding: f64) -> &DifferentiatedResponse {
+    pub fn response(&mut self, h: f64, rounding: f64) -> &DifferentiatedResponse {
         let known = self.known.iter().position(|(known, _)| (known - h).abs() <= rounding);
         if known.is_none() {
             let computed = self.computed(h);
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     fn exponentials(a: &DMatrix<f64>, h: f64) -> (DMatrix<f64>, DMatrix<f64>) {
-        let response = Responses::balanced(a).of(h, 0.0).value.clone();
+        let response = Responses::balanced(a).response(h, 0.0).value.clone();
         (response.phi, response.gamma_0)
     }
 
@@ -167,7 +167,7 @@ mod tests {
             let a = DMatrix::from_row_slice(2, 2, &[-k, 0.0, 1.0, -c]);
             let direction = DMatrix::from_row_slice(2, 2, &[-1.0, 0.0, 0.0, 0.0]);
             let mut responses = Responses::new(&a, vec![&direction], &[1.0, 1.0]);
-            let found = responses.of(h, 0.0);
+            let found = responses.response(h, 0.0);
             let [ek, ec] = [(-k * h).exp(), (-c * h).exp()];
             let near = |found: f64, expected: f64, scale: f64| {
                 assert!((found - expected).abs() <= 1e-11 * scale, "{found} {expected}");
@@ -215,10 +215,10 @@ mod tests {
         let sizes = [1e6, 1.0, 1e6];
         let of = |by: f64| {
             let moved = &a + &direction * by;
-            Responses::new(&moved, Vec::new(), &sizes).of(3.0, 0.0).value.clone()
+            Responses::new(&moved, Vec::new(), &sizes).response(3.0, 0.0).value.clone()
         };
         let mut responses = Responses::new(&a, vec![&direction], &sizes);
-        let found = &responses.of(3.0, 0.0).slopes[0];
+        let found = &responses.response(3.0, 0.0).slopes[0];
         let by = 1e-3;
         let parts = |r: &Response| [r.phi.clone(), r.gamma_0.clone(), r.gamma_1.clone()];
         let difference =

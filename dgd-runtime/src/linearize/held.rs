@@ -118,8 +118,8 @@ impl<S: SolvableSystem> SteadyEquations<'_, S> {
                 is_linear,
             };
             ConservedCombination {
-                value: candidate.of(y),
-                at_start: candidate.of(start),
+                value: candidate.value(y),
+                at_start: candidate.value(start),
                 ..candidate
             }
         };
@@ -153,7 +153,7 @@ impl<S: SolvableSystem> SteadyEquations<'_, S> {
         let others = sum.terms.iter().filter(|(i, _)| *i != sum.named_by);
         Some(SteadyStateError::Drifts {
             t: self.t,
-            equation: signature.equations.at(sum.named_by).to_string(),
+            equation: signature.equations.get(sum.named_by).to_string(),
             unknown: signature.unknowns.name(sum.named_by).to_string(),
             with: others.map(|(i, _)| signature.unknowns.name(*i).to_string()).collect(),
             rate: rate(sum) / unit.factor,
@@ -231,7 +231,7 @@ impl<S: SolvableSystem> SteadyEquations<'_, S> {
         let mut matrix = DMatrix::zeros(n, n);
         pattern.for_each(jacobian.as_ref(), |row, column, value| matrix[(row, column)] = value);
         for own in conserved {
-            left[own.named_by] = own.of(y) - own.value;
+            left[own.named_by] = own.value(y) - own.value;
             matrix.row_mut(own.named_by).fill(0.0);
             for (state, c) in &own.terms {
                 matrix[(own.named_by, *state)] = *c;

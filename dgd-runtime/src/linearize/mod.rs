@@ -161,7 +161,7 @@ pub struct StateSpace {
     pub w: Vec<f64>,
 }
 
-/// The linear model of `problem` close to `at`.
+/// The linear model of `problem` close to `get`.
 ///
 /// # Errors
 ///
@@ -391,7 +391,7 @@ impl LinearSlopes {
                 let Some(place) = place else { continue };
                 if !value.is_finite() {
                     let label = if matrix == 0 {
-                        signature.equations.at(row)
+                        signature.equations.get(row)
                     } else {
                         signature.outputs[row].name.clone()
                     };

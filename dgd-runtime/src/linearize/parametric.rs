@@ -173,7 +173,7 @@ fn verify_still<S: SolvableSystem>(
         let moves = |a: &DMatrix<f64>, b: &DMatrix<f64>, row: usize| a.row(row) != b.row(row);
         let equation = (0..now.f.nrows())
             .find(|i| moves(&now.f, &then.f, *i) || now.rates[*i] != then.rates[*i])
-            .map(|i| signature.equations.at(i).to_string());
+            .map(|i| signature.equations.get(i).to_string());
         let output = || {
             let moved = (0..now.w.nrows())
                 .find(|i| moves(&now.w, &then.w, *i) || now.outputs[*i] != then.outputs[*i]);
@@ -314,7 +314,7 @@ impl<S: SolvableSystem> MovingDerivatives<'_, S> {
                 return Ok(None);
             }
             if let Some(at) = f.iter().position(|value| !value.is_finite()) {
-                let equation = signature.equations.at(at % n).to_string();
+                let equation = signature.equations.get(at % n).to_string();
                 return Err(LinearizeError::NotFinite { t: self.point.t, equation });
             }
             let part = |all: &[f64], len: usize| all[j * len..(j + 1) * len].to_vec();
@@ -372,7 +372,7 @@ impl<S: SolvableSystem> MovingDerivatives<'_, S> {
         match open {
             None => Ok(right.as_slice().to_vec()),
             Some(at) => {
-                let equation = signature.equations.at(at % n.max(1)).to_string();
+                let equation = signature.equations.get(at % n.max(1)).to_string();
                 Err(LinearizeError::NotFinite { t: self.point.t, equation })
             }
         }

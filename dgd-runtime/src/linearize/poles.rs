@@ -189,7 +189,7 @@ pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Pole>, LinearizeE
         (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).filter(|at| matrix[*at] != 0.0).collect();
     let values: Vec<f64> = places.iter().map(|at| matrix[*at]).collect();
     let mut poles = Vec::with_capacity(n);
-    for block in blocks(&Pattern::of(&places), &values, &vec![0.0; n]) {
+    for block in blocks(&Pattern::from_places(&places), &values, &vec![0.0; n]) {
         poles.extend(of_block(matrix.select_rows(&block).select_columns(&block))?);
     }
     Ok(poles)
@@ -321,7 +321,7 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
 mod tests {
     use super::*;
 
-    fn of(matrix: &DMatrix<f64>) -> Vec<Pole> {
+    fn compute(matrix: &DMatrix<f64>) -> Vec<Pole> {
         let mut poles = eigenvalues(matrix).expect("the iteration converges");
         sort(&mut poles);
         poles
@@ -332,7 +332,7 @@ mod tests {
         // Each state drives the next: implicit double shifts leave this unchanged.
         for n in 3..9 {
             let cycle = DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == (j + 1) % n)));
-            let poles = of(&cycle);
+            let poles = compute(&cycle);
             for k in 0..n {
                 let root = Complex::from_polar(1.0, TAU * k as f64 / n as f64);
                 let near = poles.iter().map(|pole| (Complex::new(pole.re, pole.im) - root).norm());
@@ -354,7 +354,7 @@ mod tests {
             () if i + 1 == j => -rate(j),
             () => 0.0,
         });
-        let found: Vec<f64> = of(&chain).iter().map(|pole| pole.re).collect();
+        let found: Vec<f64> = compute(&chain).iter().map(|pole| pole.re).collect();
         let mut expected: Vec<f64> = (0..n).map(rate).collect();
         expected.sort_by(|a, b| b.total_cmp(a));
         assert_eq!(found, expected);
@@ -363,7 +363,7 @@ mod tests {
     #[test]
     fn units_of_the_states_do_not_matter() {
         // A mass of 2 kg on a spring of 50 N/m with 4 N s/m, its states in units 1e9 apart: −1 ± √24 i.
-        let poles = of(&DMatrix::from_row_slice(2, 2, &[0.0, 1e-9, -25e9, -2.0]));
+        let poles = compute(&DMatrix::from_row_slice(2, 2, &[0.0, 1e-9, -25e9, -2.0]));
         assert!((poles[0].re + 1.0).abs() < 1e-13 && (poles[0].im - 24_f64.sqrt()).abs() < 1e-13);
         assert_eq!(poles[1].im, -poles[0].im);
         assert!((poles[0].damping().expect("a pair") - 0.2).abs() < 1e-14);

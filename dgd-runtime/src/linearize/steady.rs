@@ -191,7 +191,7 @@ impl<'a, S: SolvableSystem> SteadySearch<'a, S> {
         z: &[f64],
         of: InitialGuess,
     ) -> Result<Option<SteadyState>, SteadyStateError> {
-        if let Some(found) = self.from(guess, z.to_vec(), of) {
+        if let Some(found) = self.search_from(guess, z.to_vec(), of) {
             match self.undetermined(&found.y, &found.z) {
                 None => return Ok(Some(SteadyState { at: found, conserved: Vec::new() })),
                 Some(error) if !self.may_hold => return Err(error),
@@ -263,7 +263,12 @@ impl<'a, S: SolvableSystem> SteadySearch<'a, S> {
     }
 
     /// A steady state from this guess, in modes that hold there.
-    fn from(&mut self, guess: &[f64], z: Vec<f64>, of: InitialGuess) -> Option<OperatingPoint> {
+    fn search_from(
+        &mut self,
+        guess: &[f64],
+        z: Vec<f64>,
+        of: InitialGuess,
+    ) -> Option<OperatingPoint> {
         let system = self.problem.system;
         let mut z = self.at_start(z);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
@@ -362,7 +367,7 @@ impl<'a, S: SolvableSystem> SteadySearch<'a, S> {
         SteadyStateError::NotAtRest {
             t: self.t,
             ran,
-            equation: signature.equations.at(most).to_string(),
+            equation: signature.equations.get(most).to_string(),
             unknown: signature.unknowns.name(most).to_string(),
             rate: f[most] / unit.factor,
             unit: unit.symbol.to_string(),
@@ -393,7 +398,7 @@ impl<'a, S: SolvableSystem> SteadySearch<'a, S> {
         let is_solved = f.iter().zip(&terms).all(|(f, terms)| f.abs() <= AT_REST * terms);
         Some(SteadyStateError::Undetermined {
             t: self.t,
-            equation: signature.equations.at(row).to_string(),
+            equation: signature.equations.get(row).to_string(),
             residual: if is_solved { 0.0 } else { f[row] },
             unknown: signature.unknowns.name(column).to_string(),
         })

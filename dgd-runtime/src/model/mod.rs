@@ -36,12 +36,12 @@ pub struct RunData<'a> {
 }
 
 impl<'a> RunData<'a> {
-    fn of<S>(problem: &Problem<'a, S>) -> Self {
+    fn from_problem<S>(problem: &Problem<'a, S>) -> Self {
         let Problem { p, inputs, start, .. } = *problem;
         Self { p, inputs, start }
     }
 
-    fn to<S>(self, system: &'a S) -> Problem<'a, S> {
+    fn to_problem<S>(self, system: &'a S) -> Problem<'a, S> {
         let Self { p, inputs, start } = self;
         Problem { system, p, inputs, start }
     }
@@ -225,7 +225,7 @@ macro_rules! implement {
                 options: &Options,
                 wanted: WantedResults<'_>,
             ) -> Result<Solution, Failure> {
-                <S as SolvableSystem>::integrate(&given.to(self), times, options, wanted)
+                <S as SolvableSystem>::integrate(&given.to_problem(self), times, options, wanted)
             }
 
             fn find_start(
@@ -236,11 +236,11 @@ macro_rules! implement {
                 y: &mut [f64],
                 s: Option<&mut [f64]>,
             ) -> Result<(), InitialError> {
-                <S as SolvableSystem>::find_start(&given.to(self), t, options, y, s)
+                <S as SolvableSystem>::find_start(&given.to_problem(self), t, options, y, s)
             }
 
             fn observe(&self, given: RunData<'_>, solution: &Solution) -> Observations {
-                observe::observe(&given.to(self), solution)
+                observe::observe(&given.to_problem(self), solution)
             }
 
             fn stream(
@@ -250,7 +250,7 @@ macro_rules! implement {
                 options: &Options,
                 samples: &mut dyn SampleReceiver,
             ) -> Result<(), IntegrateError> {
-                let problem = given.to(self);
+                let problem = given.to_problem(self);
                 fixed_step::stream(&problem, times, options, &mut SampleEvaluator::new(problem, samples))
             }
 
@@ -261,7 +261,7 @@ macro_rules! implement {
                 per_sample: u32,
                 options: &Options,
             ) -> Result<RunErrors, IntegrateError> {
-                fixed_step::measure(&given.to(self), times, per_sample, options)
+                fixed_step::measure(&given.to_problem(self), times, per_sample, options)
             }
 
             fn per_sample_of_head(
@@ -270,7 +270,7 @@ macro_rules! implement {
                 times: &[f64],
                 options: &Options,
             ) -> Result<u32, IntegrateError> {
-                fixed_step::per_sample_of_head(&given.to(self), times, options)
+                fixed_step::per_sample_of_head(&given.to_problem(self), times, options)
             }
 
             fn choose_per_sample(
@@ -279,7 +279,7 @@ macro_rules! implement {
                 times: &[f64],
                 options: &Options,
             ) -> Result<PerSampleChoice, IntegrateError> {
-                fixed_step::choose_per_sample(&given.to(self), times, options)
+                fixed_step::choose_per_sample(&given.to_problem(self), times, options)
             }
         }
 
@@ -312,7 +312,7 @@ macro_rules! implement {
                 options: &Options,
                 wanted: WantedResults<'_>,
             ) -> Result<Solution, Failure> {
-                Model::integrate(*problem.system, RunData::of(problem), times, options, wanted)
+                Model::integrate(*problem.system, RunData::from_problem(problem), times, options, wanted)
             }
 
             fn find_start(
@@ -322,7 +322,7 @@ macro_rules! implement {
                 y: &mut [f64],
                 s: Option<&mut [f64]>,
             ) -> Result<(), InitialError> {
-                Model::find_start(*problem.system, RunData::of(problem), t, options, y, s)
+                Model::find_start(*problem.system, RunData::from_problem(problem), t, options, y, s)
             }
         }
     };
@@ -341,7 +341,7 @@ pub type ModelProblem<'a> = Problem<'a, &'a dyn Model>;
 
 /// Evaluates outputs, like [`crate::observe`].
 pub fn observe(problem: &ModelProblem<'_>, solution: &Solution) -> Observations {
-    problem.system.observe(RunData::of(problem), solution)
+    problem.system.observe(RunData::from_problem(problem), solution)
 }
 
 /// Runs with sensitivities and a fixed number of steps per sample, and stores nothing: the outputs at each wanted time
@@ -356,7 +356,7 @@ pub fn stream(
     options: &Options,
     samples: &mut dyn SampleReceiver,
 ) -> Result<(), IntegrateError> {
-    problem.system.stream(RunData::of(problem), times, options, samples)
+    problem.system.stream(RunData::from_problem(problem), times, options, samples)
 }
 
 /// The unknowns' errors in a run with a fixed number of steps per sample.
@@ -370,7 +370,7 @@ pub fn measure(
     per_sample: u32,
     options: &Options,
 ) -> Result<RunErrors, IntegrateError> {
-    problem.system.measure(RunData::of(problem), times, per_sample, options)
+    problem.system.measure(RunData::from_problem(problem), times, per_sample, options)
 }
 
 /// The number of steps per sample that the beginning of a run needs for the unknowns to meet the tolerance.
@@ -383,7 +383,7 @@ pub fn per_sample_of_head(
     times: &[f64],
     options: &Options,
 ) -> Result<u32, IntegrateError> {
-    problem.system.per_sample_of_head(RunData::of(problem), times, options)
+    problem.system.per_sample_of_head(RunData::from_problem(problem), times, options)
 }
 
 /// Chooses the steps per sample, like [`crate::choose_per_sample`].
@@ -396,7 +396,7 @@ pub fn choose_per_sample(
     times: &[f64],
     options: &Options,
 ) -> Result<PerSampleChoice, IntegrateError> {
-    problem.system.choose_per_sample(RunData::of(problem), times, options)
+    problem.system.choose_per_sample(RunData::from_problem(problem), times, options)
 }
 
 /// Evaluates outputs for [`SampleReceiver`] with the model's own compiled code.

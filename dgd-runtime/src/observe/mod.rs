@@ -212,7 +212,7 @@ impl<'a, S: SolvableSystem> DelayedOutputs<'a, S> {
             return;
         }
         let udot = self.udot.as_ref();
-        let ydot = self.rates.at(system, point, udot);
+        let ydot = self.rates.evaluate(system, point, udot);
         let [by_y, by_u, _] = &system.signature().output_jacobians;
         for ((row, column), slope) in by_y.positions().zip(&*dwdy) {
             wdot[row] += slope * ydot.map_or(f64::NAN, |ydot| ydot[column]);

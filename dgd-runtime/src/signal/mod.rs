@@ -480,7 +480,7 @@ mod tests {
         InputColumn { name: "v", interpolation: Interpolation::Linear, values }
     }
 
-    fn at(inputs: &Inputs, t: f64, side: LimitSide) -> Vec<f64> {
+    fn evaluate(inputs: &Inputs, t: f64, side: LimitSide) -> Vec<f64> {
         let mut u = vec![0.0; inputs.len()];
         inputs.value(t, side, &mut u);
         u
@@ -496,7 +496,7 @@ mod tests {
         let inputs = Inputs::recorded(&times, &[linear(&ramp)]).unwrap();
         assert!(inputs.segments() < 20, "{}", inputs.segments());
         for (t, v) in times.iter().zip(&ramp) {
-            let u = at(&inputs, *t, LimitSide::Right)[0];
+            let u = evaluate(&inputs, *t, LimitSide::Right)[0];
             assert!((u - v).abs() <= 2.0 * ON_LINE * v, "{u} {v}");
         }
     }
@@ -505,17 +505,17 @@ mod tests {
     fn two_rows_are_a_jump() {
         let inputs =
             Inputs::recorded(&[0.0, 1.0, 1.0, 2.0], &[linear(&[0.0, 1.0, 5.0, 6.0])]).unwrap();
-        assert_eq!(at(&inputs, 1.0, LimitSide::Left), [1.0]);
-        assert_eq!(at(&inputs, 1.0, LimitSide::Right), [5.0]);
-        assert_eq!(at(&inputs, 1.5, LimitSide::Right), [5.5]);
+        assert_eq!(evaluate(&inputs, 1.0, LimitSide::Left), [1.0]);
+        assert_eq!(evaluate(&inputs, 1.0, LimitSide::Right), [5.0]);
+        assert_eq!(evaluate(&inputs, 1.5, LimitSide::Right), [5.5]);
         assert_eq!(inputs.breakpoints(0.0, 2.0), [1.0]);
     }
 
     #[test]
     fn held_values_go_on_and_linear_ones_end() {
         let inputs = Inputs::recorded(&[0.0, 1.0], &[held(&[1.0, 2.0])]).unwrap();
-        assert_eq!(at(&inputs, 9.0, LimitSide::Left), [2.0]);
-        assert_eq!(at(&inputs, 1.0, LimitSide::Left), [1.0]);
+        assert_eq!(evaluate(&inputs, 9.0, LimitSide::Left), [2.0]);
+        assert_eq!(evaluate(&inputs, 1.0, LimitSide::Left), [1.0]);
         assert_eq!(inputs.cover(0.0, 9.0), Ok(()));
         let inputs = Inputs::recorded(&[0.0, 1.0], &[linear(&[1.0, 2.0])]).unwrap();
         assert!(matches!(inputs.cover(0.0, 1.1), Err(InputError::InputEnds { .. })));
@@ -530,7 +530,7 @@ mod tests {
         let third = refused(&[0.0, 1.0, 1.0, 1.0], &[0.0, 1.0, 1.0, 2.0]);
         assert!(third.contains("more than two"), "{third}");
         let agreeing = Inputs::recorded(&[0.0, 1.0, 1.0, 1.0], &[held(&[0.0, 1.0, 1.0, 1.0])]);
-        assert_eq!(at(&agreeing.expect("replicates"), 1.0, LimitSide::Left), [0.0]);
+        assert_eq!(evaluate(&agreeing.expect("replicates"), 1.0, LimitSide::Left), [0.0]);
         assert!(refused(&[0.0, 2.0, 1.0], &[0.0; 3]).contains("go back in time"));
         assert!(refused(&[0.0, 1.0], &[0.0, f64::NAN]).contains("`u` is not a finite number"));
         assert!(refused(&[0.0, 1.0], &[0.0]).contains("1 values for 2 sample times"));

@@ -33,7 +33,7 @@ impl Diffusion {
             jacobian.push((cells + i, i));
         }
         jacobian.extend((cells..n).map(|i| (i, i)));
-        let pattern = Pattern::of;
+        let pattern = Pattern::from_places;
         // Non-zeros of ∂g/∂y: for the cells the derivatives of J, which are those of ∂f/∂k; for z, its own.
         Self {
             cells,
@@ -270,8 +270,9 @@ fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {
             // 7919 is a prime: each row reads distant unknowns.
             let n = 2 * cells;
             let places = (1..4).flat_map(|k| (0..n).map(move |i| (i, i * i * k * 7919 % n)));
-            signature.jacobian =
-                Pattern::of(&places.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>());
+            signature.jacobian = Pattern::from_places(
+                &places.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>(),
+            );
         }
         automatic_method(&signature).name
     };

@@ -37,7 +37,7 @@ fn unit() -> Unit {
 
 fn full(rows: usize, columns: usize) -> Pattern {
     let positions = (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j)));
-    Pattern::of(&positions.collect::<Vec<_>>())
+    Pattern::from_places(&positions.collect::<Vec<_>>())
 }
 
 fn signature<E: Equations>() -> Signature {

@@ -91,7 +91,7 @@ impl Room {
 
     fn open(&mut self, open: Open) {
         let files = open.files.into_iter();
-        self.files = files.fold(InMemory::default(), |all, (path, text)| all.with(path, text));
+        self.files = files.fold(InMemory::default(), |all, (path, text)| all.with_file(path, text));
         let mut request = RunRequest::new(open.model);
         request.data = open.data.map(PathBuf::from);
         request.every = open.every;

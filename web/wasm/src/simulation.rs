@@ -123,7 +123,7 @@ fn add_sensitivity(
     let what = format!("d({of})/d({})", signature.direction_name(direction));
     let size = match signature.directions[direction] {
         Direction::Parameter(i) => signature.parameters[i].value,
-        Direction::Start(i) => signature.unknowns.at(i).nominal.unwrap_or(0.0),
+        Direction::Start(i) => signature.unknowns.get(i).nominal.unwrap_or(0.0),
     };
     let size = if size == 0.0 { signature.direction_unit(direction).factor } else { size };
     if largest(&slopes) * size.abs() <= TOLERANCE * largest(values) {

@@ -120,7 +120,7 @@ fn row_doc(program: &Program, row: usize, own: UnknownRow, sources: &SourceMap) 
         (false, false) => "0".to_owned(),
     };
     let file = &sources.get(own.span.source).name;
-    format!(" `{}` ({file}:{line}): {left} =", program.signature.equations.at(row))
+    format!(" `{}` ({file}:{line}): {left} =", program.signature.equations.get(row))
 }
 
 fn bind_arrays(program: &Program, function: &ProgramFunction) -> Vec<TokenStream> {

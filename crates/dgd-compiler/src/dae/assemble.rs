@@ -68,7 +68,7 @@ fn assemble_as_it_is(
         transferred.take_time_conditions(&mut graph, n_automata(model));
     // After this: no element of an array without an equation that determines it.
     let mut plan = families::plan(model, &mut graph, &transferred, tied, diagnostics)?;
-    let origins = RowOrigins::of(model, &transferred);
+    let origins = RowOrigins::from_model(model, &transferred);
     // After this: no implicit derivatives and no index above 1, in any combination of modes.
     let mut systems = ModeSystems::reduced(
         model,
@@ -81,7 +81,7 @@ fn assemble_as_it_is(
     )?;
     let differentiated_inputs = systems.differentiated_inputs(&transferred.equations);
     // After this: no constraint without a selection of its states.
-    let selections = StateSelections::of(&systems.explicit);
+    let selections = StateSelections::from_systems(&systems.explicit);
     let conditions = &mut time_conditions;
     renumber(
         &mut graph,

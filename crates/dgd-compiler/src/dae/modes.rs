@@ -18,7 +18,7 @@ pub(super) struct ModeCombinations {
 
 impl ModeCombinations {
     /// The combinations of the modes of these automata; `None` if there are too many.
-    pub(super) fn of(model: &Model, automata: impl Iterator<Item = usize>) -> Option<Self> {
+    pub(super) fn enumerate(model: &Model, automata: impl Iterator<Item = usize>) -> Option<Self> {
         let blocks: Vec<(usize, usize)> =
             automata.map(|k| (k, model.automata[k].modes.len())).collect();
         let count =

@@ -36,12 +36,12 @@ impl FixEdit {
     }
 
     /// Inserts text before a span.
-    pub fn before(span: Span, text: impl Into<String>) -> Self {
+    pub fn insert_before(span: Span, text: impl Into<String>) -> Self {
         FixEdit { span: Span { end: span.start, ..span }, text: text.into() }
     }
 
     /// Inserts text after a span.
-    pub fn behind(span: Span, text: impl Into<String>) -> Self {
+    pub fn insert_after(span: Span, text: impl Into<String>) -> Self {
         FixEdit { span: Span { start: span.end, ..span }, text: text.into() }
     }
 }
@@ -114,20 +114,22 @@ mod tests {
     use super::*;
     use crate::source::SourceText;
 
-    fn at(start: u32, end: u32) -> Span {
+    fn span_between(start: u32, end: u32) -> Span {
         Span { source: SourceId(0), start, end }
     }
 
     #[test]
     fn fixes_are_written_unless_they_touch() {
         let text = "let a\nlet b = a [m]  /// c\n";
-        let swap =
-            Fix::safe(vec![FixEdit::behind(at(10, 11), " [m]"), FixEdit::replace(at(15, 19), "")]);
+        let swap = Fix::safe(vec![
+            FixEdit::insert_after(span_between(10, 11), " [m]"),
+            FixEdit::replace(span_between(15, 19), ""),
+        ]);
         let mut sources = SourceMap::default();
         sources.add(SourceText { name: "a.dgd".into(), text: text.into() });
         assert_eq!(swap.line(&sources).as_deref(), Some("let b [m] = a"));
-        let other = Fix::safe(vec![FixEdit::replace(at(10, 11), "c")]);
-        let first = Fix::safe(vec![FixEdit::before(at(0, 3), "# ")]);
+        let other = Fix::safe(vec![FixEdit::replace(span_between(10, 11), "c")]);
+        let first = Fix::safe(vec![FixEdit::insert_before(span_between(0, 3), "# ")]);
         let (out, n) = written(text, SourceId(0), &[&swap, &other, &first]);
         assert_eq!((out.as_str(), n), ("# let a\nlet b [m] = a  /// c\n", 2));
     }

@@ -215,17 +215,18 @@ mod tests {
         sources
     }
 
-    fn at(start: usize, end: usize) -> Span {
+    fn span_between(start: usize, end: usize) -> Span {
         Span { source: SourceId(0), start: start as u32, end: end as u32 }
     }
 
     #[test]
     fn a_diagnostic_shows_place_labels_and_help() {
         let sources = sources("let a = 3 [m]\nlet b = a + 2 [s]\n");
-        let diagnostic = Diagnostic::new(Code::IncompatibleUnits, at(26, 31), "cannot add m and s")
-            .here("has unit s")
-            .label(at(22, 23), "has unit m")
-            .help("divide by a time first");
+        let diagnostic =
+            Diagnostic::new(Code::IncompatibleUnits, span_between(26, 31), "cannot add m and s")
+                .here("has unit s")
+                .label(span_between(22, 23), "has unit m")
+                .help("divide by a time first");
         assert_eq!(
             render(&[&diagnostic], &sources, RenderStyle::Plain),
             "\
@@ -259,9 +260,9 @@ error[E301]: cannot add m and s
             ("", 0, 0, 0..0),
             ("one\ntwo", 1, 6, 1..3),
         ] {
-            assert_eq!(drawable(text, at(start, end)), expected, "{text:?}");
+            assert_eq!(drawable(text, span_between(start, end)), expected, "{text:?}");
             let sources = sources(text);
-            let span = at(start.min(text.len()), end.min(text.len()));
+            let span = span_between(start.min(text.len()), end.min(text.len()));
             let drawn = render(
                 &[&Diagnostic::new(Code::UnexpectedToken, span, "x")],
                 &sources,
@@ -275,8 +276,11 @@ error[E301]: cannot add m and s
     fn a_long_line_is_cut_around_the_place() {
         let text = format!("let a = {}; {}", "b + ".repeat(2500), "c + ".repeat(2500));
         let sources = sources(&text);
-        let diagnostic =
-            Diagnostic::new(Code::UnexpectedCharacter, at(10_008, 10_009), "unexpected character");
+        let diagnostic = Diagnostic::new(
+            Code::UnexpectedCharacter,
+            span_between(10_008, 10_009),
+            "unexpected character",
+        );
         let drawn = render(&[&diagnostic], &sources, RenderStyle::Plain);
         assert!(drawn.contains("tank.dgd:1:10009"), "{drawn}");
         assert!(drawn.lines().all(|line| line.chars().count() < 200), "{drawn}");
@@ -288,9 +292,10 @@ error[E301]: cannot add m and s
         let mut sources = SourceMap::default();
         sources
             .add(SourceText { name: "a\u{202e}.dgd".into(), text: "le\u{202e}t \u{1b}[2J".into() });
-        let diagnostic = Diagnostic::new(Code::UnexpectedToken, at(0, 2), "wrong \u{202e}")
-            .here("\u{1b}[2J")
-            .help("is `\u{2066}` meant?");
+        let diagnostic =
+            Diagnostic::new(Code::UnexpectedToken, span_between(0, 2), "wrong \u{202e}")
+                .here("\u{1b}[2J")
+                .help("is `\u{2066}` meant?");
         let drawn = render(&[&diagnostic], &sources, RenderStyle::Plain);
         let obeyed =
             |c: char| (c.is_control() && c != '\n') || ('\u{202a}'..='\u{2069}').contains(&c);
@@ -303,7 +308,7 @@ error[E301]: cannot add m and s
     #[test]
     fn what_is_beyond_the_limit_is_counted() {
         let sources = sources("x");
-        let diagnostic = Diagnostic::new(Code::UnexpectedToken, at(0, 1), "wrong");
+        let diagnostic = Diagnostic::new(Code::UnexpectedToken, span_between(0, 1), "wrong");
         let all = vec![&diagnostic; SHOWN + 3];
         let drawn = render(&all, &sources, RenderStyle::Plain);
         assert_eq!(drawn.matches("error[E105]").count(), SHOWN);

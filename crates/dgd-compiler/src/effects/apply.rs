@@ -244,7 +244,7 @@ impl SplicedModel {
         let is_known = matches!(name.text.as_str(), "time" | "pi")
             || self.declared.get(Namespace::Value, &name.text).is_some();
         if !is_known {
-            let known = self.declared.of(Namespace::Value);
+            let known = self.declared.names_in(Namespace::Value);
             let message = format!("nothing is called `{}`", name.text);
             diagnostics.error(unknown(name, message, known));
             return;
@@ -359,7 +359,7 @@ impl SplicedModel {
         });
         if n_outputs == 0 {
             let message = format!("there is no output `{}`", output.text);
-            diagnostics.error(unknown(output, message, self.declared.of(Namespace::Output)));
+            diagnostics.error(unknown(output, message, self.declared.names_in(Namespace::Output)));
         }
     }
 
@@ -397,7 +397,7 @@ impl SplicedModel {
             return Ok(());
         }
         let message = format!("there is no equation `{}`", label.text);
-        let known = self.declared.of(Namespace::Equation);
+        let known = self.declared.names_in(Namespace::Equation);
         Err(diagnostics.error(unknown(label, message, known)))
     }
 }

@@ -82,7 +82,7 @@ impl NameDeclarations {
     /// Gives each equation the unit of its terms in the model, and a `let` without a unit that of an unknown or of its
     /// rate with the same dimension; otherwise its SI unit in the model's spelling.
     pub(super) fn give_units(&mut self, model: &Model) {
-        let second = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
+        let second = Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]);
         let measured = |dimension: Dimension| {
             let units = || model.unknowns.iter().map(|unknown| &unknown.declared.unit);
             let same = units().find(|unit| unit.dimension == dimension);
@@ -120,7 +120,7 @@ impl NameDeclarations {
     }
 
     /// All names of a namespace.
-    pub(super) fn of(&self, namespace: Namespace) -> impl Iterator<Item = &str> {
+    pub(super) fn names_in(&self, namespace: Namespace) -> impl Iterator<Item = &str> {
         let keys = self.names.keys().filter(move |(of, _)| *of == namespace);
         keys.map(|(_, name)| name.as_str())
     }

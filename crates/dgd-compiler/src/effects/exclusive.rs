@@ -39,7 +39,7 @@ impl EffectReach {
     /// # Panics
     ///
     /// If `asts` is empty: a compilation has a main file.
-    pub fn of(
+    pub fn find(
         asts: &[Ast],
         application: &EffectApplication<'_>,
     ) -> Result<EffectReach, ErrorReported> {
@@ -227,7 +227,7 @@ output r [1/s] = rate
             let effect = Effect::read(ast, &mut diagnostics).expect("an effect");
             let span = effect.name.span;
             let application = EffectApplication { effect: &effect, arguments: Vec::new(), span };
-            EffectReach::of(&model, &application).expect("it fits")
+            EffectReach::find(&model, &application).expect("it fits")
         };
         let (one, other) = (reach(one), reach(other));
         assert_eq!(one.excludes(&other), other.excludes(&one));

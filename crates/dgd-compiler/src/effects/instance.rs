@@ -333,7 +333,7 @@ fn bound<'a>(
                 "`{}` is not {is} of the model, which `{}` must be",
                 argument.text, slot.name.text
             );
-            let known = declared.of(namespace_of(slot.kind)).filter(|name| {
+            let known = declared.names_in(namespace_of(slot.kind)).filter(|name| {
                 fits(declared.get(namespace_of(slot.kind), name).and_then(|d| d.kind))
             });
             let near =

@@ -205,7 +205,7 @@ fn verify_slots(ast: &Ast, slots: &[TemplateSlot], diagnostics: &mut Diagnostics
         if let Some(unit) = &slot.unit
             && let Err(error) = parse_unit(&unit.text)
         {
-            diagnostics.error(error.at(&unit.text, unit.span));
+            diagnostics.error(error.locate(&unit.text, unit.span));
         }
     }
     for mut item in ast.items.iter().cloned() {

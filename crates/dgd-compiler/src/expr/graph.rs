@@ -20,7 +20,7 @@ impl ExprId {
     }
 
     /// The expression at a position.
-    pub(super) fn at(position: usize) -> Self {
+    pub(super) fn from_position(position: usize) -> Self {
         Self(u32::try_from(position).expect("fewer than 2^32 expressions"))
     }
 }

@@ -13,12 +13,13 @@ pub struct Tape<const N: usize> {
 
 impl<const N: usize> Tape<N> {
     /// The tape of these expressions.
-    pub fn of(graph: &ExprGraph, roots: [ExprId; N]) -> Self {
+    pub fn from_roots(graph: &ExprGraph, roots: [ExprId; N]) -> Self {
         let ids = graph.reachable(roots);
         let position = |id: ExprId| {
             ids.binary_search(&id).unwrap_or_else(|_| unreachable!("operands are reachable"))
         };
-        let step = |id: &ExprId| graph.node(*id).map(|operand| ExprId::at(position(operand)));
+        let step =
+            |id: &ExprId| graph.node(*id).map(|operand| ExprId::from_position(position(operand)));
         let steps = ids.iter().map(step).collect();
         let roots = roots.map(position);
         Self { ids, steps, roots }
@@ -92,7 +93,7 @@ mod tests {
         let root = graph.call1("exp", product);
         let unused = graph.add(root, x);
         let other = graph.subtract(product, y);
-        let tape = Tape::of(&graph, [root, other]);
+        let tape = Tape::from_roots(&graph, [root, other]);
         assert_eq!(tape.symbols(), [Symbol::Unknown(0), Symbol::Unknown(1)]);
         assert_eq!(tape.position(unused), None);
         let value = |symbol| if symbol == Symbol::Unknown(0) { 0.5 } else { -3.0 };

@@ -218,7 +218,7 @@ impl<'a> ModelScope<'a> {
             vectors: Vec::new(),
             n_scalars: [0; 3],
             outputs: BTreeMap::new(),
-            second: Dimension::of([0, 0, 1, 0, 0, 0, 0]),
+            second: Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]),
             spelling: UnitSpelling::default(),
         };
         for (name, definition) in [("time", NameDefinition::Time), ("pi", NameDefinition::Pi)] {

@@ -30,7 +30,7 @@ impl<'a> ExprLowering<'a> {
         let x = self.lower(x_expr, arguments, diagnostics);
         let tau = self.lower(tau_expr, arguments, diagnostics);
         let (x, tau) = (x?, tau?);
-        if tau.dim.with(ExprDimension::Of(self.scope.second)).is_none() {
+        if tau.dim.unify(ExprDimension::Of(self.scope.second)).is_none() {
             let dimension = tau.dim.dimension();
             let message =
                 format!("a delay is a time, but this is {}", self.scope.spelling.being(dimension));

@@ -34,7 +34,7 @@ pub(super) struct TypedExpr {
 }
 
 impl TypedExpr {
-    pub(super) fn at(self, span: Span) -> LocatedDimension {
+    pub(super) fn locate(self, span: Span) -> LocatedDimension {
         LocatedDimension { dim: self.dim, span }
     }
 }
@@ -209,7 +209,7 @@ impl<'a> ExprLowering<'a> {
                 let dim = self
                     .scope
                     .spelling
-                    .power(b.at(base.span), e.at(exponent.span), value, span)
+                    .power(b.locate(base.span), e.locate(exponent.span), value, span)
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let id = self.graph.intern(Node::Call2(IntrinsicId::named("^"), b.id, e.id));
                 Ok(TypedExpr { id, dim })
@@ -222,7 +222,7 @@ impl<'a> ExprLowering<'a> {
                 let dim = self
                     .scope
                     .spelling
-                    .same("choose between", a.at(then.span), b.at(otherwise.span))
+                    .same("choose between", a.locate(then.span), b.locate(otherwise.span))
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 Ok(TypedExpr { id: self.graph.intern(Node::Select(condition, a.id, b.id)), dim })
             }
@@ -272,7 +272,7 @@ impl<'a> ExprLowering<'a> {
                     let doing = if *sign == Sign::Plus { "add" } else { "subtract" };
                     self.scope
                         .spelling
-                        .same(doing, total.at(total_span), typed.at(term.span))
+                        .same(doing, total.locate(total_span), typed.locate(term.span))
                         .map_err(|diagnostic| diagnostics.error(diagnostic))
                         .map(|dim| {
                             let node = match sign {
@@ -280,7 +280,7 @@ impl<'a> ExprLowering<'a> {
                                 Sign::Minus => Node::Subtract(total.id, typed.id),
                             };
                             let id = self.graph.intern(node);
-                            (TypedExpr { id, dim }, total_span.to(term.span))
+                            (TypedExpr { id, dim }, total_span.join(term.span))
                         })
                 }
             });
@@ -367,7 +367,7 @@ impl<'a> ExprLowering<'a> {
                 let (a, b) = (a?, b?);
                 self.scope
                     .spelling
-                    .same("compare", a.at(left.span), b.at(right.span))
+                    .same("compare", a.locate(left.span), b.locate(right.span))
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 Ok(self.graph.intern(Node::Compare(*comparison, a.id, b.id)))
             }
@@ -601,7 +601,7 @@ impl<'a> ExprLowering<'a> {
                 }
                 failed.map_or(Ok(()), Err)?;
                 let dims: Vec<LocatedDimension> =
-                    typed.iter().zip(list).map(|(t, e)| t.at(e.span)).collect();
+                    typed.iter().zip(list).map(|(t, e)| t.locate(e.span)).collect();
                 let dim = self
                     .scope
                     .spelling
@@ -681,7 +681,7 @@ impl<'a> ExprLowering<'a> {
             let mut typed = *typed;
             if let Some(unit) = unit {
                 let wanted = ExprDimension::Of(unit.dimension);
-                if typed.dim.with(wanted).is_none() {
+                if typed.dim.unify(wanted).is_none() {
                     let dimension = typed.dim.dimension();
                     return Err(diagnostics.error(
                         Diagnostic::new(
@@ -776,7 +776,7 @@ impl<'a> ExprLowering<'a> {
         match entry.map(|entry| (entry.definition, entry.span)) {
             Some((NameDefinition::Unknown { index, state: true }, _)) => {
                 let unit = self.scope.dimension(name)?;
-                let rate = unit.over(self.scope.second).unwrap_or(Dimension::ONE);
+                let rate = unit.divide(self.scope.second).unwrap_or(Dimension::ONE);
                 let id = self.graph.symbol(Symbol::Derivative(index));
                 Ok(TypedExpr { id, dim: ExprDimension::Of(rate) })
             }
@@ -814,7 +814,7 @@ pub(super) fn unit_of(
     let Some(written) = written else {
         return Ok(Unit::one());
     };
-    written.read().map_err(|error| diagnostics.error(error.at(&written.text, written.span)))
+    written.read().map_err(|error| diagnostics.error(error.locate(&written.text, written.span)))
 }
 
 /// Whether a declared value consists of plain numbers, and so is in the declared unit. Functions declared by the model,

@@ -266,7 +266,7 @@ impl<'a> ModelResolver<'a> {
         let a = self.lowering.value(left, diagnostics);
         let b = self.lowering.value(right, diagnostics);
         let (a, b) = (a?, b?);
-        let Some(dim) = a.dim.with(b.dim) else {
+        let Some(dim) = a.dim.unify(b.dim) else {
             let (l, r) = (a.dim.dimension(), b.dim.dimension());
             return Err(diagnostics.error(
                 Diagnostic::new(

@@ -121,7 +121,7 @@ impl<'a> ModelResolver<'a> {
         let left = self.lowering.value(&condition.left, diagnostics);
         let right = self.lowering.value(&condition.right, diagnostics);
         let (left, right) = (left?, right?);
-        let sides = [left.at(condition.left.span), right.at(condition.right.span)];
+        let sides = [left.locate(condition.left.span), right.locate(condition.right.span)];
         self.lowering
             .scope
             .spelling
@@ -257,7 +257,7 @@ impl<'a> ModelResolver<'a> {
     ) -> Result<ExprId, ErrorReported> {
         let typed = self.lowering.value(expr, diagnostics)?;
         let ExprLowering { graph, scope, .. } = &self.lowering;
-        if typed.dim.with(ExprDimension::Of(scope.second)).is_none() {
+        if typed.dim.unify(ExprDimension::Of(scope.second)).is_none() {
             let dimension = typed.dim.dimension();
             let message = format!(
                 "the {what} of an `every` is a time, but this is {}",
@@ -320,7 +320,7 @@ impl<'a> ModelResolver<'a> {
             doc: Vec::new(),
             left: graph.symbol(rate),
             right: graph.constant(0.0),
-            dimension: declared.unit.dimension.over(scope.second).unwrap_or(Dimension::ONE),
+            dimension: declared.unit.dimension.divide(scope.second).unwrap_or(Dimension::ONE),
             is_exact: true,
         }
     }

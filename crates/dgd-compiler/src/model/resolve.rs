@@ -522,7 +522,7 @@ impl<'a> ExprLowering<'a> {
             let id = self.graph.constant(si);
             return Ok(TypedExpr { id, dim: ExprDimension::Of(unit.dimension) });
         }
-        if typed.dim.with(ExprDimension::Of(unit.dimension)).is_none() {
+        if typed.dim.unify(ExprDimension::Of(unit.dimension)).is_none() {
             let dimension = typed.dim.dimension();
             return Err(diagnostics.error(
                 Diagnostic::new(

@@ -133,7 +133,7 @@ impl FileScope {
 
 impl NameTable {
     /// The names of files that were loaded together.
-    pub fn of(asts: &[Ast], sources: &SourceMap) -> NameTable {
+    pub fn collect(asts: &[Ast], sources: &SourceMap) -> NameTable {
         let mut names = NameTable::default();
         for ast in asts {
             names.declare(ast);
@@ -161,7 +161,7 @@ impl NameTable {
     }
 
     /// The use that contains a byte of a source, or ends there.
-    pub fn at(&self, source: SourceId, byte: u32) -> Option<&NameUse> {
+    pub fn find_at(&self, source: SourceId, byte: u32) -> Option<&NameUse> {
         let is_there = |one: &&NameUse| {
             one.span.source == source && one.span.start <= byte && byte <= one.span.end
         };

@@ -52,7 +52,7 @@ pub(crate) fn leave_out_unbound(
     let inputs = inputs.filter(|name| !bound.contains(name.text.as_str()));
     let unbound: BTreeMap<&str, &Name> = inputs.map(|name| (name.text.as_str(), name)).collect();
     // The whole's own lines must be valid whether or not they are read.
-    let reads = NameDependencies::of(items, |name| name.contains('.'));
+    let reads = NameDependencies::collect(items, |name| name.contains('.'));
     let read: Vec<&Name> =
         unbound.values().copied().filter(|name| reads.needed.contains(&name.text)).collect();
     let mut result = Ok(());
@@ -76,7 +76,7 @@ pub(crate) fn leave_out_unread_inputs(
     if columns.is_none() && !main.items.iter().any(has_choices) {
         return;
     }
-    let reads = NameDependencies::of(items, |_| true);
+    let reads = NameDependencies::collect(items, |_| true);
     let mut unread: BTreeSet<String> = BTreeSet::new();
     for item in items.iter() {
         if let Some(name) = input_name(item)
@@ -102,7 +102,7 @@ pub(crate) fn leave_out_unread_inputs(
         }
     });
     // An input that no choice reads is kept for display.
-    let anywhere = NameDependencies::of(&chosen, |_| true).needed;
+    let anywhere = NameDependencies::collect(&chosen, |_| true).needed;
     unread.retain(|name| anywhere.contains(name));
     reads.leave_out(unread, items);
 }
@@ -128,7 +128,7 @@ struct NameDependencies {
 
 impl NameDependencies {
     /// `is_value` selects the `let`s and functions that only count if they are read.
-    fn of(items: &[&Item], is_value: impl Fn(&str) -> bool) -> NameDependencies {
+    fn collect(items: &[&Item], is_value: impl Fn(&str) -> bool) -> NameDependencies {
         let mut values: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         let mut others = BTreeSet::new();
         for item in items {

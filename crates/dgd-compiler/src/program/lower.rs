@@ -509,7 +509,7 @@ impl<'a> Derivation<'a> {
         matrix.sort_unstable_by_key(|(row, column, _)| (*column, *row));
         let places: Vec<(usize, usize)> =
             matrix.iter().map(|(row, column, _)| (*row, *column)).collect();
-        self.patterns.insert(kind, Pattern { runs: runs.into(), ..Pattern::of(&places) });
+        self.patterns.insert(kind, Pattern { runs: runs.into(), ..Pattern::from_places(&places) });
         matrix.into_iter().map(|(_, _, value)| value).chain(of_runs).collect()
     }
 

@@ -94,7 +94,7 @@ fn write_unknowns(program: &Program, f: &mut fmt::Formatter<'_>) -> fmt::Result 
             (false, false) => "0",
         };
         let (name, unit) = (&unknown.name, &unknown.unit.symbol);
-        let equation = program.signature.equations.at(i);
+        let equation = program.signature.equations.get(i);
         writeln!(f, "  y[{i}] = {name} [{unit}]: {row} = f[{i}] by `{equation}`")?;
     }
     let mut first = single.len();

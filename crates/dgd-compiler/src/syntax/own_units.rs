@@ -178,15 +178,15 @@ fn value_of<'n>(
         return wrong(Diagnostic::new(Code::SizeNotPositive, expr.span, message));
     }
     let Some(written) = unit else {
-        return UnitValue::Known(OwnUnit::of(*value, &crate::units::Unit::one()));
+        return UnitValue::Known(OwnUnit::from_unit(*value, &crate::units::Unit::one()));
     };
     let text = &written.text;
     match crate::units::parse_unit_with(text, own) {
-        Ok(unit) => UnitValue::Known(OwnUnit::of(*value, &unit)),
+        Ok(unit) => UnitValue::Known(OwnUnit::from_unit(*value, &unit)),
         Err(_) if others.any(|other| mentions(text, other)) || mentions(text, &name.text) => {
             UnitValue::Waits
         }
-        Err(error) => wrong(error.at(text, written.span)),
+        Err(error) => wrong(error.locate(text, written.span)),
     }
 }
 

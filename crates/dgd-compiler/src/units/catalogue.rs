@@ -58,34 +58,34 @@ pub const PREFIXES: &[(&str, f64, f64)] = &[
 ];
 
 const NUMBER: Dimension = Dimension::ONE;
-const MASS: Dimension = Dimension::of([1, 0, 0, 0, 0, 0, 0]);
-const LENGTH: Dimension = Dimension::of([0, 1, 0, 0, 0, 0, 0]);
-pub(super) const TIME: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
-const CURRENT: Dimension = Dimension::of([0, 0, 0, 1, 0, 0, 0]);
-const TEMPERATURE: Dimension = Dimension::of([0, 0, 0, 0, 1, 0, 0]);
-const AMOUNT: Dimension = Dimension::of([0, 0, 0, 0, 0, 1, 0]);
-pub(super) const LUMINOUS_INTENSITY: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 1]);
-const CONCENTRATION: Dimension = Dimension::of([0, -3, 0, 0, 0, 1, 0]);
-const SPEED: Dimension = Dimension::of([0, 1, -1, 0, 0, 0, 0]);
-const AREA: Dimension = Dimension::of([0, 2, 0, 0, 0, 0, 0]);
-const VOLUME: Dimension = Dimension::of([0, 3, 0, 0, 0, 0, 0]);
-const FLOW: Dimension = Dimension::of([0, 3, -1, 0, 0, 0, 0]);
-const FREQUENCY: Dimension = Dimension::of([0, 0, -1, 0, 0, 0, 0]);
-const DENSITY: Dimension = Dimension::of([1, -3, 0, 0, 0, 0, 0]);
-const FORCE: Dimension = Dimension::of([1, 1, -2, 0, 0, 0, 0]);
-pub(super) const PRESSURE: Dimension = Dimension::of([1, -1, -2, 0, 0, 0, 0]);
-const ENERGY: Dimension = Dimension::of([1, 2, -2, 0, 0, 0, 0]);
-const POWER: Dimension = Dimension::of([1, 2, -3, 0, 0, 0, 0]);
-const VISCOSITY: Dimension = Dimension::of([1, -1, -1, 0, 0, 0, 0]);
-const DIFFUSIVITY: Dimension = Dimension::of([0, 2, -1, 0, 0, 0, 0]);
-const CHARGE: Dimension = Dimension::of([0, 0, 1, 1, 0, 0, 0]);
-const VOLTAGE: Dimension = Dimension::of([1, 2, -3, -1, 0, 0, 0]);
-const RESISTANCE: Dimension = Dimension::of([1, 2, -3, -2, 0, 0, 0]);
-const CONDUCTANCE: Dimension = Dimension::of([-1, -2, 3, 2, 0, 0, 0]);
-const CAPACITANCE: Dimension = Dimension::of([-1, -2, 4, 2, 0, 0, 0]);
-const FLUX: Dimension = Dimension::of([1, 2, -2, -1, 0, 0, 0]);
-const FLUX_DENSITY: Dimension = Dimension::of([1, 0, -2, -1, 0, 0, 0]);
-const INDUCTANCE: Dimension = Dimension::of([1, 2, -2, -2, 0, 0, 0]);
+const MASS: Dimension = Dimension::from_exponents([1, 0, 0, 0, 0, 0, 0]);
+const LENGTH: Dimension = Dimension::from_exponents([0, 1, 0, 0, 0, 0, 0]);
+pub(super) const TIME: Dimension = Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]);
+const CURRENT: Dimension = Dimension::from_exponents([0, 0, 0, 1, 0, 0, 0]);
+const TEMPERATURE: Dimension = Dimension::from_exponents([0, 0, 0, 0, 1, 0, 0]);
+const AMOUNT: Dimension = Dimension::from_exponents([0, 0, 0, 0, 0, 1, 0]);
+pub(super) const LUMINOUS_INTENSITY: Dimension = Dimension::from_exponents([0, 0, 0, 0, 0, 0, 1]);
+const CONCENTRATION: Dimension = Dimension::from_exponents([0, -3, 0, 0, 0, 1, 0]);
+const SPEED: Dimension = Dimension::from_exponents([0, 1, -1, 0, 0, 0, 0]);
+const AREA: Dimension = Dimension::from_exponents([0, 2, 0, 0, 0, 0, 0]);
+const VOLUME: Dimension = Dimension::from_exponents([0, 3, 0, 0, 0, 0, 0]);
+const FLOW: Dimension = Dimension::from_exponents([0, 3, -1, 0, 0, 0, 0]);
+const FREQUENCY: Dimension = Dimension::from_exponents([0, 0, -1, 0, 0, 0, 0]);
+const DENSITY: Dimension = Dimension::from_exponents([1, -3, 0, 0, 0, 0, 0]);
+const FORCE: Dimension = Dimension::from_exponents([1, 1, -2, 0, 0, 0, 0]);
+pub(super) const PRESSURE: Dimension = Dimension::from_exponents([1, -1, -2, 0, 0, 0, 0]);
+const ENERGY: Dimension = Dimension::from_exponents([1, 2, -2, 0, 0, 0, 0]);
+const POWER: Dimension = Dimension::from_exponents([1, 2, -3, 0, 0, 0, 0]);
+const VISCOSITY: Dimension = Dimension::from_exponents([1, -1, -1, 0, 0, 0, 0]);
+const DIFFUSIVITY: Dimension = Dimension::from_exponents([0, 2, -1, 0, 0, 0, 0]);
+const CHARGE: Dimension = Dimension::from_exponents([0, 0, 1, 1, 0, 0, 0]);
+const VOLTAGE: Dimension = Dimension::from_exponents([1, 2, -3, -1, 0, 0, 0]);
+const RESISTANCE: Dimension = Dimension::from_exponents([1, 2, -3, -2, 0, 0, 0]);
+const CONDUCTANCE: Dimension = Dimension::from_exponents([-1, -2, 3, 2, 0, 0, 0]);
+const CAPACITANCE: Dimension = Dimension::from_exponents([-1, -2, 4, 2, 0, 0, 0]);
+const FLUX: Dimension = Dimension::from_exponents([1, 2, -2, -1, 0, 0, 0]);
+const FLUX_DENSITY: Dimension = Dimension::from_exponents([1, 0, -2, -1, 0, 0, 0]);
+const INDUCTANCE: Dimension = Dimension::from_exponents([1, 2, -2, -2, 0, 0, 0]);
 
 /// kg in a pound, m in an inch and m³ in a US gallon (231 in³), as exact quotients.
 const POUND: (f64, f64) = (45_359_237.0, 1e8);
@@ -99,11 +99,14 @@ const PSI: (f64, f64) = (44_482_216_152_605.0, 6_451_600_000.0);
 impl UnitRow {
     /// A coherent SI unit.
     const fn si(symbol: &'static str, dimension: Dimension, doc: &'static str) -> UnitRow {
-        UnitRow { prefixes: Prefixes::Allowed, ..UnitRow::of(symbol, dimension, (1.0, 1.0), doc) }
+        UnitRow {
+            prefixes: Prefixes::Allowed,
+            ..UnitRow::with_factor(symbol, dimension, (1.0, 1.0), doc)
+        }
     }
 
     /// A unit with a factor, and without prefixes.
-    const fn of(
+    const fn with_factor(
         symbol: &'static str,
         dimension: Dimension,
         factor: (f64, f64),
@@ -151,105 +154,126 @@ impl UnitRow {
 pub static CATALOGUE: &[UnitRow] = &[
     // Base units; the kilogram is a gram with a prefix.
     UnitRow::si("m", LENGTH, "metre"),
-    UnitRow::of("g", MASS, (1.0, 1e3), "gram").with_prefixes(),
+    UnitRow::with_factor("g", MASS, (1.0, 1e3), "gram").with_prefixes(),
     UnitRow::si("s", TIME, "second").or(&["sec"]),
     UnitRow::si("A", CURRENT, "ampere"),
     UnitRow::si("K", TEMPERATURE, "kelvin"),
     UnitRow::si("mol", AMOUNT, "mole"),
     UnitRow::si("cd", LUMINOUS_INTENSITY, "candela"),
     // Numbers and angles
-    UnitRow::of("%", NUMBER, (1.0, 1e2), "percent: 0.01").or(&["percent"]),
-    UnitRow::of("ppm", NUMBER, (1.0, 1e6), "parts per million"),
-    UnitRow::of("ppb", NUMBER, (1.0, 1e9), "parts per billion: 10⁻⁹"),
+    UnitRow::with_factor("%", NUMBER, (1.0, 1e2), "percent: 0.01").or(&["percent"]),
+    UnitRow::with_factor("ppm", NUMBER, (1.0, 1e6), "parts per million"),
+    UnitRow::with_factor("ppb", NUMBER, (1.0, 1e9), "parts per billion: 10⁻⁹"),
     UnitRow::si("rad", NUMBER, "radian: 1"),
-    UnitRow::of("rev", NUMBER, (std::f64::consts::TAU, 1.0), "revolution: 2π rad"),
+    UnitRow::with_factor("rev", NUMBER, (std::f64::consts::TAU, 1.0), "revolution: 2π rad"),
     UnitRow::si("sr", NUMBER, "steradian: 1"),
-    UnitRow::of("deg", NUMBER, (std::f64::consts::PI, 180.0), "degree of arc: π/180").or(&["°"]),
+    UnitRow::with_factor("deg", NUMBER, (std::f64::consts::PI, 180.0), "degree of arc: π/180")
+        .or(&["°"]),
     // Time
-    UnitRow::of("min", TIME, (60.0, 1.0), "minute"),
-    UnitRow::of("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
-    UnitRow::of("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
-    UnitRow::of("week", TIME, (604_800.0, 1.0), "week: 7 d"),
-    UnitRow::of("year", TIME, (31_557_600.0, 1.0), "Julian year: 365.25 d").or(&["yr"]),
+    UnitRow::with_factor("min", TIME, (60.0, 1.0), "minute"),
+    UnitRow::with_factor("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
+    UnitRow::with_factor("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
+    UnitRow::with_factor("week", TIME, (604_800.0, 1.0), "week: 7 d"),
+    UnitRow::with_factor("year", TIME, (31_557_600.0, 1.0), "Julian year: 365.25 d").or(&["yr"]),
     UnitRow::si("Hz", FREQUENCY, "hertz: 1/s"),
-    UnitRow::of(
+    UnitRow::with_factor(
         "rpm",
         FREQUENCY,
         (std::f64::consts::PI, 30.0),
         "revolutions per minute: 2π/60 rad/s",
     ),
-    UnitRow::of("spm", FREQUENCY, (1.0, 60.0), "strokes per minute: 1/60 s⁻¹"),
+    UnitRow::with_factor("spm", FREQUENCY, (1.0, 60.0), "strokes per minute: 1/60 s⁻¹"),
     // Length, area, volume
-    UnitRow::of("in", LENGTH, INCH, "inch: 25.4 mm").or(&["inch"]),
-    UnitRow::of("ft", LENGTH, (3048.0, 1e4), "foot: 0.3048 m"),
-    UnitRow::of("yd", LENGTH, (9144.0, 1e4), "yard: 0.9144 m"),
-    UnitRow::of("mi", LENGTH, (1_609_344.0, 1e3), "mile: 1609.344 m"),
-    UnitRow::of("D", AREA, (1.0, 101_325e7), "darcy (permeability)").or(&["darcy"]).with_prefixes(),
-    UnitRow::of("l", VOLUME, (1.0, 1e3), "litre").or(&["L"]).with_prefixes(),
-    UnitRow::of("bbl", VOLUME, (42.0 * GALLON.0, GALLON.1), "oil barrel: 42 US gallons"),
-    UnitRow::of("gal", VOLUME, GALLON, "US gallon: 231 in³"),
+    UnitRow::with_factor("in", LENGTH, INCH, "inch: 25.4 mm").or(&["inch"]),
+    UnitRow::with_factor("ft", LENGTH, (3048.0, 1e4), "foot: 0.3048 m"),
+    UnitRow::with_factor("yd", LENGTH, (9144.0, 1e4), "yard: 0.9144 m"),
+    UnitRow::with_factor("mi", LENGTH, (1_609_344.0, 1e3), "mile: 1609.344 m"),
+    UnitRow::with_factor("D", AREA, (1.0, 101_325e7), "darcy (permeability)")
+        .or(&["darcy"])
+        .with_prefixes(),
+    UnitRow::with_factor("l", VOLUME, (1.0, 1e3), "litre").or(&["L"]).with_prefixes(),
+    UnitRow::with_factor("bbl", VOLUME, (42.0 * GALLON.0, GALLON.1), "oil barrel: 42 US gallons"),
+    UnitRow::with_factor("gal", VOLUME, GALLON, "US gallon: 231 in³"),
     // Speed
-    UnitRow::of("mph", SPEED, (1_609_344.0, 3_600e3), "mile per hour: 0.44704 m/s"),
-    UnitRow::of("knot", SPEED, (1852.0, 3600.0), "nautical mile per hour: 1852 m/h").or(&["kn"]),
+    UnitRow::with_factor("mph", SPEED, (1_609_344.0, 3_600e3), "mile per hour: 0.44704 m/s"),
+    UnitRow::with_factor("knot", SPEED, (1852.0, 3600.0), "nautical mile per hour: 1852 m/h")
+        .or(&["kn"]),
     // Flow
-    UnitRow::of("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
-    UnitRow::of("gpm", FLOW, (GALLON.0, 60.0 * GALLON.1), "US gallons per minute").or(&["GPM"]),
+    UnitRow::with_factor("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
+    UnitRow::with_factor("gpm", FLOW, (GALLON.0, 60.0 * GALLON.1), "US gallons per minute")
+        .or(&["GPM"]),
     // Mass, force
-    UnitRow::of("t", MASS, (1e3, 1.0), "tonne: 1000 kg").or(&["tonne"]),
-    UnitRow::of("lb", MASS, POUND, "pound: 0.45359237 kg").or(&["lbm"]),
+    UnitRow::with_factor("t", MASS, (1e3, 1.0), "tonne: 1000 kg").or(&["tonne"]),
+    UnitRow::with_factor("lb", MASS, POUND, "pound: 0.45359237 kg").or(&["lbm"]),
     UnitRow::si("N", FORCE, "newton"),
-    UnitRow::of("lbf", FORCE, POUND_FORCE, "pound-force"),
-    UnitRow::of("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
+    UnitRow::with_factor("lbf", FORCE, POUND_FORCE, "pound-force"),
+    UnitRow::with_factor("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
     // Concentration
-    UnitRow::of("M", CONCENTRATION, (1e3, 1.0), "molar: 1 mol/l").with_prefixes(),
+    UnitRow::with_factor("M", CONCENTRATION, (1e3, 1.0), "molar: 1 mol/l").with_prefixes(),
     // Density
-    UnitRow::of("sg", DENSITY, (1e3, 1.0), "specific gravity: relative to 1000 kg/m³"),
-    UnitRow::of("ppg", DENSITY, (POUND.0 * 1e4, GALLON.0), "pounds per US gallon"),
-    UnitRow::of("pcf", DENSITY, (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0), "pounds per cubic foot"),
+    UnitRow::with_factor("sg", DENSITY, (1e3, 1.0), "specific gravity: relative to 1000 kg/m³"),
+    UnitRow::with_factor("ppg", DENSITY, (POUND.0 * 1e4, GALLON.0), "pounds per US gallon"),
+    UnitRow::with_factor(
+        "pcf",
+        DENSITY,
+        (POUND.0 * 1e4, 3048.0 * 3048.0 * 3048.0),
+        "pounds per cubic foot",
+    ),
     // Pressure
     UnitRow::si("Pa", PRESSURE, "pascal"),
-    UnitRow::of("bar", PRESSURE, (1e5, 1.0), "bar: 100 kPa").with_prefixes(),
-    UnitRow::of("bara", PRESSURE, (1e5, 1.0), "bar above vacuum")
+    UnitRow::with_factor("bar", PRESSURE, (1e5, 1.0), "bar: 100 kPa").with_prefixes(),
+    UnitRow::with_factor("bara", PRESSURE, (1e5, 1.0), "bar above vacuum")
         .with_prefixes()
         .counted_from(Datum::Absolute),
-    UnitRow::of("barg", PRESSURE, (1e5, 1.0), "bar above the standard atmosphere")
+    UnitRow::with_factor("barg", PRESSURE, (1e5, 1.0), "bar above the standard atmosphere")
         .with_prefixes()
         .counted_from(Datum::Gauge),
-    UnitRow::of("psi", PRESSURE, PSI, "pound-force per square inch"),
-    UnitRow::of("psia", PRESSURE, PSI, "psi above vacuum").counted_from(Datum::Absolute),
-    UnitRow::of("psig", PRESSURE, PSI, "psi above the standard atmosphere")
+    UnitRow::with_factor("psi", PRESSURE, PSI, "pound-force per square inch"),
+    UnitRow::with_factor("psia", PRESSURE, PSI, "psi above vacuum").counted_from(Datum::Absolute),
+    UnitRow::with_factor("psig", PRESSURE, PSI, "psi above the standard atmosphere")
         .counted_from(Datum::Gauge),
-    UnitRow::of("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
-    UnitRow::of("atm", PRESSURE, (STANDARD_ATMOSPHERE, 1.0), "standard atmosphere: 101325 Pa"),
-    UnitRow::of("torr", PRESSURE, (STANDARD_ATMOSPHERE, 760.0), "torr: 1/760 of an atmosphere")
-        .or(&["Torr"])
-        .with_prefixes(),
-    UnitRow::of("mmHg", PRESSURE, (133_322_387_415.0, 1e9), "millimetre of mercury"),
-    UnitRow::of("inHg", PRESSURE, (133_322_387_415.0 * 25.4, 1e9), "inch of mercury"),
-    UnitRow::of("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
-    UnitRow::of("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
+    UnitRow::with_factor("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
+    UnitRow::with_factor(
+        "atm",
+        PRESSURE,
+        (STANDARD_ATMOSPHERE, 1.0),
+        "standard atmosphere: 101325 Pa",
+    ),
+    UnitRow::with_factor(
+        "torr",
+        PRESSURE,
+        (STANDARD_ATMOSPHERE, 760.0),
+        "torr: 1/760 of an atmosphere",
+    )
+    .or(&["Torr"])
+    .with_prefixes(),
+    UnitRow::with_factor("mmHg", PRESSURE, (133_322_387_415.0, 1e9), "millimetre of mercury"),
+    UnitRow::with_factor("inHg", PRESSURE, (133_322_387_415.0 * 25.4, 1e9), "inch of mercury"),
+    UnitRow::with_factor("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
+    UnitRow::with_factor("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
     // Energy, power
     UnitRow::si("J", ENERGY, "joule"),
     UnitRow::si("Nm", ENERGY, "newton metre, of torque: 1 J"),
-    UnitRow::of("eV", ENERGY, (1_602_176_634.0, 1e28), "electronvolt: 1.602176634e-19 J")
+    UnitRow::with_factor("eV", ENERGY, (1_602_176_634.0, 1e28), "electronvolt: 1.602176634e-19 J")
         .with_prefixes(),
-    UnitRow::of("cal", ENERGY, (4184.0, 1e3), "thermochemical calorie: 4.184 J").with_prefixes(),
-    UnitRow::of("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
+    UnitRow::with_factor("cal", ENERGY, (4184.0, 1e3), "thermochemical calorie: 4.184 J")
+        .with_prefixes(),
+    UnitRow::with_factor("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
     UnitRow::si("W", POWER, "watt"),
     UnitRow::si("VA", POWER, "volt-ampere, of apparent power: 1 W"),
     UnitRow::si("var", POWER, "volt-ampere reactive: 1 W"),
-    UnitRow::of(
+    UnitRow::with_factor(
         "hp",
         POWER,
         (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1),
         "mechanical horsepower",
     ),
     // Viscosity
-    UnitRow::of("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
-    UnitRow::of("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
+    UnitRow::with_factor("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
+    UnitRow::with_factor("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
     // Electricity
     UnitRow::si("C", CHARGE, "coulomb"),
-    UnitRow::of("Ah", CHARGE, (3600.0, 1.0), "ampere-hour: 3600 C").with_prefixes(),
+    UnitRow::with_factor("Ah", CHARGE, (3600.0, 1.0), "ampere-hour: 3600 C").with_prefixes(),
     UnitRow::si("V", VOLTAGE, "volt"),
     UnitRow::si("ohm", RESISTANCE, "ohm").or(&["Ohm", "\u{3a9}", "\u{2126}"]),
     UnitRow::si("S", CONDUCTANCE, "siemens"),
@@ -258,11 +282,13 @@ pub static CATALOGUE: &[UnitRow] = &[
     UnitRow::si("T", FLUX_DENSITY, "tesla"),
     UnitRow::si("H", INDUCTANCE, "henry"),
     // Temperature: 0 °F is 459.67 °R, and nine degrees Rankine are five kelvin.
-    UnitRow::of("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius").or(&["degC"]).zero_at(273.15),
-    UnitRow::of("°F", TEMPERATURE, (5.0, 9.0), "degree Fahrenheit")
+    UnitRow::with_factor("°C", TEMPERATURE, (1.0, 1.0), "degree Celsius")
+        .or(&["degC"])
+        .zero_at(273.15),
+    UnitRow::with_factor("°F", TEMPERATURE, (5.0, 9.0), "degree Fahrenheit")
         .or(&["degF"])
         .zero_at(459.67 * 5.0 / 9.0),
-    UnitRow::of("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
+    UnitRow::with_factor("°R", TEMPERATURE, (5.0, 9.0), "degree Rankine").or(&["degR"]),
 ];
 
 /// The row and factor of a symbol: a whole symbol, or else a prefix and a unit.
@@ -335,8 +361,8 @@ pub fn describe(dimension: Dimension) -> String {
 
 /// A question for two dimensions that should agree, if a `C` may have been meant as `°C`.
 pub fn which_is_meant(one: Dimension, other: Dimension) -> Option<String> {
-    let apart = one.over(other)?;
-    let is_meant = |a: Dimension, b: Dimension| a.over(b) == Some(apart);
+    let apart = one.divide(other)?;
+    let is_meant = |a: Dimension, b: Dimension| a.divide(b) == Some(apart);
     (is_meant(CHARGE, TEMPERATURE) || is_meant(TEMPERATURE, CHARGE)).then(|| {
         "is `C` the coulomb here, or a degree Celsius? A temperature is in `°C` or `degC`, a charge in `C`, `A*s` or `Ah`"
             .to_owned()

@@ -51,17 +51,17 @@ pub enum UnitErrorKind {
 impl UnitError {
     /// The diagnostic for the unit `text` between `brackets`: at the wrong piece, or at the whole unit if blanks inside
     /// the brackets hide its position. [`read_unit`] can see these.
-    pub fn at(&self, text: &str, brackets: Span) -> Diagnostic {
+    pub fn locate(&self, text: &str, brackets: Span) -> Diagnostic {
         let Span { start, end, .. } = brackets;
         if end.saturating_sub(start) == text.len() as u32 + 2 {
-            self.behind(start + 1, brackets)
+            self.locate_after(start + 1, brackets)
         } else {
             Diagnostic::new(self.code(), brackets, self.to_string()).maybe_help(self.help())
         }
     }
 
     /// The diagnostic for a unit whose text begins at a byte of a source, inside `brackets`.
-    fn behind(&self, text_start: u32, brackets: Span) -> Diagnostic {
+    fn locate_after(&self, text_start: u32, brackets: Span) -> Diagnostic {
         let place = |at: usize| (text_start + at as u32).min(brackets.end);
         let span = Span { start: place(self.range.start), end: place(self.range.end), ..brackets };
         Diagnostic::new(self.code(), span, self.to_string()).maybe_help(self.help())
@@ -194,7 +194,7 @@ pub fn read_unit(text: &str, brackets: Span, sources: &SourceMap) -> Result<Unit
     parse_unit_with(text, &OwnUnits::declared(&sources.units)).map_err(|error| {
         // The text is the content of the brackets, without surrounding blanks.
         let before = sources.text(brackets).find(text).unwrap_or(0);
-        Box::new(error.behind(brackets.start + before as u32, brackets))
+        Box::new(error.locate_after(brackets.start + before as u32, brackets))
     })
 }
 
@@ -452,8 +452,8 @@ mod tests {
     #[test]
     fn declared_units_are_read_like_others_and_take_no_prefix() {
         let litre = unit("l");
-        let stroke = OwnUnit::of(0.118, &litre);
-        let kelvin = OwnUnit::of(2.0, &unit("°C"));
+        let stroke = OwnUnit::from_unit(0.118, &litre);
+        let kelvin = OwnUnit::from_unit(2.0, &unit("°C"));
         let units = [("stroke".to_owned(), stroke), ("step2".to_owned(), kelvin)];
         let own = OwnUnits::new(units.into_iter().collect());
         let read = |text: &str| parse_unit_with(text, &own);

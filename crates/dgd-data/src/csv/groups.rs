@@ -154,9 +154,10 @@ mod tests {
             csv.push('\n');
         }
         let file = written(&csv);
-        let reading = ReadOptions::default().as_it_is().of(&["c1", "c39"]);
+        let reading = ReadOptions::default().as_it_is().with_columns(&["c1", "c39"]);
         assert!(read(&file, reading) == read(csv.as_bytes(), reading));
-        let refused = read(&file, ReadOptions::default().of(&["c1"])).expect_err("it goes back");
+        let refused =
+            read(&file, ReadOptions::default().with_columns(&["c1"])).expect_err("it goes back");
         let words = format!("`0.30000000000000004` comes after `{}`", f64::from(2 * ends) * 0.1);
         let place = format!("row {}", 2 * ends + 1);
         assert_eq!(refused, [format!("E605 time runs backwards: {words}; {place}")]);
@@ -165,7 +166,7 @@ mod tests {
     #[test]
     fn columns_that_nobody_asks_for_are_not_read() {
         let csv = "time [s],x [m],y [m]\n0,1,2\n1,3,4\n";
-        let reading = ReadOptions::default().of(&["y"]);
+        let reading = ReadOptions::default().with_columns(&["y"]);
         for file in [written(csv), csv.as_bytes().to_vec()] {
             let (mut sources, mut diagnostics) = (SourceMap::default(), Diagnostics::default());
             let folder = tempfile::tempdir().expect("a folder for the test");

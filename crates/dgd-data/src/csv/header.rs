@@ -57,7 +57,7 @@ impl CsvHeader {
         names.into_iter().map(quoted).collect::<Vec<_>>().join(",")
     }
 
-    pub(crate) fn of(record: &CsvRecord<'_>) -> CsvHeader {
+    pub(crate) fn from_record(record: &CsvRecord<'_>) -> CsvHeader {
         let cells = (0..record.len()).map(|cell| HeaderCell {
             text: record.text(cell),
             place: record.place(cell),

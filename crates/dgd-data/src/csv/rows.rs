@@ -40,7 +40,7 @@ impl CsvRows {
         let time_note = take_as_time(&mut columns);
         header.verify(&columns, kept, diagnostics)?;
         let time = if columns[0].name == "time" {
-            Some(TimeColumn::of(columns.remove(0), reading.order, diagnostics)?)
+            Some(TimeColumn::from_header(columns.remove(0), reading.order, diagnostics)?)
         } else {
             None
         };

@@ -60,7 +60,7 @@ struct LastRow {
 
 impl TimeColumn {
     /// The time column under this header.
-    pub(crate) fn of(
+    pub(crate) fn from_header(
         column: DataColumn,
         order: DisorderPolicy,
         diagnostics: &mut Diagnostics,
@@ -70,7 +70,7 @@ impl TimeColumn {
         }
         let factor = match column.unit {
             None => None,
-            Some(unit) if unit.dimension == Dimension::of([0, 0, 1, 0, 0, 0, 0]) => {
+            Some(unit) if unit.dimension == Dimension::from_exponents([0, 0, 1, 0, 0, 0, 0]) => {
                 Some(unit.factor)
             }
             Some(unit) => {

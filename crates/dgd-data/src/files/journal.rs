@@ -283,7 +283,7 @@ mod tests {
         let in_use = RunJournal::open(path.clone(), OWNER, JournalOpening::Resume);
         assert!(matches!(in_use, Err(JournalError::InUse)), "{in_use:?}");
         kill(journal);
-        let (journal, before) = open(&path, OWNER.of(&"other"), JournalOpening::Resume);
+        let (journal, before) = open(&path, OWNER.debug(&"other"), JournalOpening::Resume);
         assert_eq!((before, journal.find(1)), (PriorJournal::Other, None));
         kill(journal);
         // It was replaced; without `Resume`, an existing journal is ignored.

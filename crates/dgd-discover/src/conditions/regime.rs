@@ -36,7 +36,7 @@ pub(crate) struct ConditionRegime {
 impl ConditionRegime {
     /// The regime that a condition divides, if the base model explains the recordings outside it, but not inside, to
     /// within `explained` times the noise variance.
-    pub(crate) fn of(
+    pub(crate) fn find(
         condition: &WindowCondition,
         circumstances: &Circumstances,
         fitted: &FittedStructure,

@@ -48,7 +48,7 @@ impl FittedStructure {
         let estimates = estimates.collect();
         let starts = vec![Vec::new(); data.train.len()];
         let mut fitted = FittedStructure {
-            values: CarriedValues::of(system, &p, &starts),
+            values: CarriedValues::collect(system, &p, &starts),
             structure,
             p,
             estimates,

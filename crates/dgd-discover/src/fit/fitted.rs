@@ -88,18 +88,18 @@ impl FittedStructure {
     ) -> Result<FittedStructure, NoFit> {
         let key = data.keeping.key(&("fit", &structure.id), |digest| {
             digest
-                .of(from)
-                .of(&points)
-                .of(&data.noise)
-                .of(&data.options_for(&structure.system))
-                .of(&evaluations)
-                .of(&data.own_weights)
+                .debug(from)
+                .debug(&points)
+                .debug(&data.noise)
+                .debug(&data.options_for(&structure.system))
+                .debug(&evaluations)
+                .debug(&data.own_weights)
         });
         let ended = kept(data.keeping.journal, key, || {
             StoredFit::new(&structure, from, points, data, evaluations)
         })?;
         let StoredFit { p, starts, estimates, moments, is_converged, is_cut_short } = ended;
-        let values = CarriedValues::of(&structure.system, &p, &starts);
+        let values = CarriedValues::collect(&structure.system, &p, &starts);
         let recordings = with_starts(data.train, from, &structure);
         let problem = problem(&structure, &p, &recordings, data, evaluations);
         let Evaluation { observations: train, .. } =
@@ -150,7 +150,7 @@ impl FittedStructure {
         let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
         let key = data.keeping.key(&("counts from", &self.structure.id), |digest| {
             let options = data.options_for(&self.structure.system);
-            digest.of(&self.p).of(&data.noise).of(&options).of(&evaluations)
+            digest.debug(&self.p).debug(&data.noise).debug(&options).debug(&evaluations)
         });
         let correlations: Vec<NoiseCorrelation> = data
             .noise

@@ -42,8 +42,13 @@ impl FittedStructure {
         let FittedStructure { structure, p, values, .. } = self;
         let key = data.keeping.key(&("held out", &structure.id), |digest| {
             let options = data.options_for(&structure.system);
-            let with = digest.of(p).of(values).of(&data.noise).of(&options).of(&evaluations);
-            with.of(&data.counts_from)
+            let with = digest
+                .debug(p)
+                .debug(values)
+                .debug(&data.noise)
+                .debug(&options)
+                .debug(&evaluations);
+            with.debug(&data.counts_from)
         });
         kept(data.keeping.journal, key, || {
             let problem = problem(structure, p, data.valid, data, evaluations);

@@ -29,7 +29,7 @@ impl WorkJournal<'_> {
         what: &dyn fmt::Debug,
         arguments: impl FnOnce(Digest) -> Digest,
     ) -> u128 {
-        arguments(self.request.of(what)).value()
+        arguments(self.request.debug(what)).value()
     }
 
     /// Whether the run was cancelled.

@@ -133,7 +133,7 @@ impl MovingMoments {
         let mut estimates = fit.estimates.clone();
         for &parameter in &self.parameters {
             let value = fit.p[parameter];
-            let (before, after) = (self.at(value, 0), self.at(value, 1));
+            let (before, after) = (self.last_before(value, 0), self.last_before(value, 1));
             let estimate = ParameterEstimate {
                 name: system.signature().parameters[parameter].name.to_string(),
                 of: Direction::Parameter(parameter),
@@ -152,7 +152,7 @@ impl MovingMoments {
     }
 
     /// The last sample before a time, or the one `later` samples after it.
-    fn at(&self, t: f64, later: usize) -> f64 {
+    fn last_before(&self, t: f64, later: usize) -> f64 {
         let k = self.samples.partition_point(|sample| *sample <= t).saturating_sub(1) + later;
         self.samples.get(k).or(self.samples.last()).copied().unwrap_or(t)
     }

@@ -177,7 +177,7 @@ impl FormulaShape {
         names: &[FormulaFactor],
         whole: Dimension,
     ) -> Option<Dimension> {
-        whole.over(self.dimension(names)?)
+        whole.divide(self.dimension(names)?)
     }
 
     /// A unit of that dimension: a parameter's, or one composed of the declared units of the names.

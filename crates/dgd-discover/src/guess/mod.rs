@@ -342,7 +342,7 @@ impl GuessData<'_> {
         let mut by_u = vec![0.0; signature.input_jacobian.len()];
         let mut by_p = vec![0.0; signature.parameter_jacobian.len()];
         for k in 0..trajectory.len() {
-            let point = at(&trajectory, k, &inputs, p, &mut u);
+            let point = sample_point(&trajectory, k, &inputs, p, &mut u);
             for (i, (values, factor)) in names.iter_mut().zip(&plain).enumerate() {
                 let value = match i.cmp(&n_inputs) {
                     Ordering::Less => point.u[*positions.get(factor.name.as_str())?],
@@ -479,7 +479,7 @@ impl GuessData<'_> {
 }
 
 /// The unknowns, inputs and parameters at a sample.
-fn at<'a>(
+fn sample_point<'a>(
     trajectory: &'a Solution,
     k: usize,
     inputs: &dgd_runtime::Inputs,

@@ -99,11 +99,11 @@ impl BlockMoments {
                 kept.push(i);
             }
         }
-        self.of(&kept)
+        self.select(&kept)
     }
 
     /// The moments of some shapes.
-    pub(super) fn of(&self, kept: &[usize]) -> BlockMoments {
+    pub(super) fn select(&self, kept: &[usize]) -> BlockMoments {
         let last = self.train.nrows() - 1;
         let of_shapes = kept.iter().map(|i| self.n_parameters + 1 + i);
         let columns: Vec<usize> = (0..=self.n_parameters).chain(of_shapes).chain([last]).collect();

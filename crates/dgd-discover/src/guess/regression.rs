@@ -221,7 +221,7 @@ fn first_in_drawings(
     let mut shapes: Vec<usize> = best.iter().flat_map(|(_, chosen)| chosen).copied().collect();
     shapes.sort_unstable();
     shapes.dedup();
-    let of_best = moments.of(&shapes);
+    let of_best = moments.select(&shapes);
     let positions = |(_, chosen): &&(f64, Vec<usize>)| -> Vec<usize> {
         chosen.iter().filter_map(|i| shapes.binary_search(i).ok()).collect()
     };
@@ -317,7 +317,7 @@ mod tests {
         }
     }
 
-    fn of(seed: u64, d: impl Fn(&[f64]) -> f64 + Copy, size: f64) -> Vec<RankedFormula> {
+    fn rank(seed: u64, d: impl Fn(&[f64]) -> f64 + Copy, size: f64) -> Vec<RankedFormula> {
         ranked(&[trace(seed, d, size)], &[trace(seed + 1000, d, size)], [1, 3], &|_| true)
     }
 
@@ -338,7 +338,7 @@ mod tests {
         for ((d, name, size), factors) in forms.into_iter().zip(expected) {
             let factors: Vec<_> = factors.iter().map(|(i, form)| (*i, position(form))).collect();
             for seed in 0..5 {
-                let all = of(seed, d, 0.03);
+                let all = rank(seed, d, 0.03);
                 let best = &all[0];
                 assert_eq!(best.terms.len(), 1, "{name}: {:?}", best.terms);
                 assert_eq!(best.terms[0].0.factors, factors, "{name}");
@@ -374,7 +374,7 @@ mod tests {
         ];
         for (d, name, text, size) in forms {
             for seed in 0..5 {
-                let best = &of(seed, d, 0.01)[0];
+                let best = &rank(seed, d, 0.01)[0];
                 let (shape, coefficient) = &best.terms[0];
                 assert_eq!(shape.factors, [(name, position(text))], "{text}: {:?}", best.terms);
                 // As close as the grid of the inner constant, with the parameter of the second name free; a fit refines
@@ -406,7 +406,7 @@ mod tests {
 
     #[test]
     fn two_terms_are_found_where_one_is_not_enough() {
-        let all = of(3, |x| 1.2 * x[0] - 0.3 * x[2] * x[2], 0.03);
+        let all = rank(3, |x| 1.2 * x[0] - 0.3 * x[2] * x[2], 0.03);
         let mut found: Vec<_> =
             all[0].terms.iter().map(|(shape, _)| shape.factors.clone()).collect();
         found.sort();
@@ -415,7 +415,7 @@ mod tests {
 
     #[test]
     fn noise_looks_like_no_formula() {
-        let none = (0..40).filter(|seed| of(*seed, |_| 0.0, 1.0).is_empty()).count();
+        let none = (0..40).filter(|seed| rank(*seed, |_| 0.0, 1.0).is_empty()).count();
         assert_eq!(none, 40);
         // Nor does noise in recordings without validation data.
         for seed in 0..10 {

@@ -84,7 +84,7 @@ pub(crate) fn together(
     let mut candidates: Vec<CorrelatedQuantity> = (names.iter().enumerate())
         .filter_map(|(i, factor)| {
             let points = |all: &[RecordingBlocks]| {
-                all.iter().map(|blocks| blocks.over(i)).collect::<Vec<_>>()
+                all.iter().map(|blocks| blocks.curve_over(i)).collect::<Vec<_>>()
             };
             let (course, r2) = course(&splits(points(&train), &points(&held_out)))?;
             let quantity = factor.name.clone();
@@ -98,7 +98,7 @@ pub(crate) fn together(
 
 impl RecordingBlocks {
     /// The missing term against one of the names.
-    fn over(&self, name: usize) -> Vec<CurvePoint> {
+    fn curve_over(&self, name: usize) -> Vec<CurvePoint> {
         let point = |(weight, row): &(f64, Vec<f64>)| CurvePoint {
             weight: *weight,
             x: row[self.skipped + name],

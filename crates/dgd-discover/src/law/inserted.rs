@@ -141,7 +141,7 @@ impl LawSearch<'_> {
         let mut all_starts = alone.held_out_starts(&data_alone, EVALUATIONS)?;
         let system = &alone.structure.system;
         all_starts.insert(r, alone.values.starts(system, 0));
-        let from = CarriedValues::of(system, &alone.p, &all_starts);
+        let from = CarriedValues::collect(system, &alone.p, &all_starts);
         let points = [StartPoint::default()];
         FittedStructure::new(alone.structure.clone(), &from, &points, &data, EVALUATIONS).ok()
     }

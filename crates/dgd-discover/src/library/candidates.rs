@@ -172,7 +172,7 @@ pub(crate) fn candidates<'a>(
         for arguments in bind(effect, model) {
             let candidate = EffectCandidate::new(effect, &arguments, false);
             // An effect that cannot be applied is refused later, and not screened together with others.
-            let reach = EffectReach::of(asts, &candidate.application).unwrap_or_default();
+            let reach = EffectReach::find(asts, &candidate.application).unwrap_or_default();
             candidates.push(EffectCandidate { reach, ..candidate });
         }
     }
@@ -206,7 +206,7 @@ pub(crate) fn generic<'a>(
             continue;
         }
         let candidate = EffectCandidate::new(effect, arguments, true);
-        let reach = EffectReach::of(asts, &candidate.application).unwrap_or_default();
+        let reach = EffectReach::find(asts, &candidate.application).unwrap_or_default();
         candidates.push(EffectCandidate { reach, ..candidate });
     }
     candidates

@@ -52,7 +52,7 @@ impl BaseModel {
             some.iter().map(|&c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
         let compiled = apply(&self.asts, &applications, EffectBlending::Applied, &mut diagnostics)
-            .map_err(|_| StructureError::by(&diagnostics))
+            .map_err(|_| StructureError::from_diagnostics(&diagnostics))
             .and_then(|applied| self.assemble(&applied.asts));
         match (compiled, some) {
             (Ok(_), _) | (_, []) => Vec::new(),

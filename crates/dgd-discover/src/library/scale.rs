@@ -78,7 +78,7 @@ impl ScaleStretch {
         Self { floor, slope: (floor * floor + usual).sqrt(), sign }
     }
 
-    fn of(self, y: f64) -> f64 {
+    fn compute(self, y: f64) -> f64 {
         let y = self.sign * y;
         self.sign * self.slope * ((y + (y * y + self.floor * self.floor).sqrt()) / self.floor).ln()
     }
@@ -207,15 +207,19 @@ impl OutputScales {
         let mut columns = Vec::new();
         for scale in &self.outputs {
             let weights = scale.weight.as_ref().map(|weight| {
-                weight.of(recording.deviations_of(scale.output), position, recording.times.len())
+                weight.compute(
+                    recording.deviations_of(scale.output),
+                    position,
+                    recording.times.len(),
+                )
             });
             for (k, y) in scaled.measured[scale.output].iter_mut().flatten().enumerate() {
-                let stretched = scale.stretch.map_or(*y, |stretch| stretch.of(*y));
+                let stretched = scale.stretch.map_or(*y, |stretch| stretch.compute(*y));
                 *y = stretched * weights.as_ref().map_or(1.0, |weights| weights[k]);
             }
             columns.extend(weights);
         }
-        scaled.inputs = behind(&recording.inputs, &recording.times, &columns)?;
+        scaled.inputs = append_inputs(&recording.inputs, &recording.times, &columns)?;
         Ok(scaled)
     }
 
@@ -261,7 +265,7 @@ impl OutputScales {
 }
 
 impl ReadingWeights {
-    fn of(&self, deviations: Option<&[f64]>, position: usize, samples: usize) -> Vec<f64> {
+    fn compute(&self, deviations: Option<&[f64]>, position: usize, samples: usize) -> Vec<f64> {
         let level = self.levels.get(position).copied().unwrap_or(1.0);
         let weight = |k: usize| match (self.usual, deviations) {
             (Some(usual), Some(all)) if all[k].is_finite() && all[k] > 0.0 => usual / all[k],
@@ -332,7 +336,7 @@ impl<'m> NoiseGrowth<'m> {
             (0..recording.times.len()).map(|k| observations.w(k))
         });
         let pairs: Vec<(f64, f64)> = samples.map(|w| (w[output], w[density.deviation])).collect();
-        let grows = NoiseShape::of(&pairs, &readings);
+        let grows = NoiseShape::fit(&pairs, &readings);
         Ok(grows.map(|shape| {
             let floor = shape.bend().max(FAR_BELOW * smallest);
             ScaleStretch::new(floor, &readings)
@@ -396,7 +400,11 @@ fn only_of_noise(model: &Model, count: usize) -> Vec<String> {
 }
 
 /// Inputs followed by `further` others, which are linear between samples at `times`.
-fn behind(inputs: &Inputs, times: &[f64], further: &[Vec<f64>]) -> Result<Inputs, InputError> {
+fn append_inputs(
+    inputs: &Inputs,
+    times: &[f64],
+    further: &[Vec<f64>],
+) -> Result<Inputs, InputError> {
     if times.is_empty() || further.is_empty() {
         return Ok(inputs.clone());
     }

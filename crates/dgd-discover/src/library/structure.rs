@@ -103,7 +103,7 @@ impl BaseModel {
         let mut diagnostics = Diagnostics::default();
         let ModelWithEffects { asts, brought } =
             apply(&base.asts, &others, at_nothing, &mut diagnostics)
-                .map_err(|_| StructureError::by(&diagnostics))?;
+                .map_err(|_| StructureError::from_diagnostics(&diagnostics))?;
         let dae = self.assemble(&asts)?;
         let directions: Vec<Direction> = brought
             .iter()
@@ -119,7 +119,7 @@ impl BaseModel {
             self.apply(std::slice::from_ref(candidate), StructureId::one(0)).and_then(|applied| {
                 let mut diagnostics = Diagnostics::default();
                 resolve(&applied.asts, &self.options, &mut diagnostics)
-                    .map_err(|_| StructureError::by(&diagnostics))
+                    .map_err(|_| StructureError::from_diagnostics(&diagnostics))
             });
         let with_it = match resolved {
             Ok(with_it) => with_it,
@@ -143,7 +143,7 @@ impl BaseModel {
             structure.effects().map(|c| all[c].application.clone()).collect();
         let mut diagnostics = Diagnostics::default();
         apply(&self.asts, &applications, EffectBlending::Applied, &mut diagnostics)
-            .map_err(|_| StructureError::by(&diagnostics))
+            .map_err(|_| StructureError::from_diagnostics(&diagnostics))
     }
 
     pub(super) fn assemble(&self, asts: &[Ast]) -> Result<Dae, StructureError> {
@@ -153,7 +153,7 @@ impl BaseModel {
                 let model = self.scales.applied(self.scales.declared(model));
                 assemble(&model, &mut diagnostics)
             })
-            .map_err(|_| StructureError::by(&diagnostics))
+            .map_err(|_| StructureError::from_diagnostics(&diagnostics))
     }
 
     /// Parameters and start values to estimate: those requested of the model, and those that the effects do not fix.
@@ -192,7 +192,7 @@ impl ModelStructure {
 }
 
 impl StructureError {
-    pub(super) fn by(diagnostics: &Diagnostics) -> StructureError {
+    pub(super) fn from_diagnostics(diagnostics: &Diagnostics) -> StructureError {
         let first = diagnostics.sorted().first().map(|diagnostic| diagnostic.message.clone());
         StructureError(first.unwrap_or_default())
     }
@@ -221,7 +221,7 @@ impl CarriedValues {
     }
 
     /// Collects values by the names of a system.
-    pub(crate) fn of(system: &LoadedSystem, p: &[f64], starts: &[Starts]) -> CarriedValues {
+    pub(crate) fn collect(system: &LoadedSystem, p: &[f64], starts: &[Starts]) -> CarriedValues {
         let signature = system.signature();
         let parameters = signature.parameters.iter();
         let p = parameters.zip(p).map(|(parameter, v)| (parameter.name.to_string(), *v)).collect();

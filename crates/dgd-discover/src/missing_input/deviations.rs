@@ -115,7 +115,7 @@ impl Deviations {
     /// # Panics
     ///
     /// If the trajectory, inputs or parameters belong to another model.
-    pub fn along(
+    pub fn linearize(
         model: &MissingTerms,
         p: &[f64],
         inputs: &Inputs,
@@ -131,7 +131,12 @@ impl Deviations {
         let mut linear = Linearization::new(model, p, inputs);
         let samples: Vec<Option<PointMatrices>> = (0..trajectory.len())
             .map(|k| {
-                linear.at(trajectory.times[k], trajectory.side(k), trajectory.y(k), trajectory.z(k))
+                linear.matrices_at(
+                    trajectory.times[k],
+                    trajectory.side(k),
+                    trajectory.y(k),
+                    trajectory.z(k),
+                )
             })
             .collect();
         let Some(first) = samples.iter().flatten().next().cloned() else {
@@ -143,7 +148,7 @@ impl Deviations {
         let mut last = (first.a, first.b, f64::NAN);
         for k in 0..samples.len() - 1 {
             let h = trajectory.times[k + 1] - trajectory.times[k];
-            let middle = linear.between(trajectory, k);
+            let middle = linear.matrices_between(trajectory, k);
             let (a, b) = match middle.or_else(|| samples[k].clone()) {
                 Some(space) => (space.a, space.b),
                 None => (last.0.clone(), last.1.clone()),
@@ -154,7 +159,7 @@ impl Deviations {
                 responses.push(responses[k - 1].clone());
                 continue;
             }
-            let response = Responses::balanced(&a).of(h, 0.0).value.clone();
+            let response = Responses::balanced(&a).response(h, 0.0).value.clone();
             transitions.push(response.phi);
             responses.push(response.gamma_0 * &b);
             last = (a, b, h);
@@ -244,13 +249,19 @@ impl<'a> Linearization<'a> {
     }
 
     /// A, B, C, D at a point; `None` if they do not exist.
-    fn at(&mut self, t: f64, side: LimitSide, y: &[f64], z: &[f64]) -> Option<PointMatrices> {
+    fn matrices_at(
+        &mut self,
+        t: f64,
+        side: LimitSide,
+        y: &[f64],
+        z: &[f64],
+    ) -> Option<PointMatrices> {
         let (elimination, rows) = self.eliminated(t, side, y, z)?;
         self.space(&elimination, &rows)
     }
 
     /// A, B, C, D midway between the k-th and the next sample.
-    fn between(&mut self, trajectory: &Solution, k: usize) -> Option<PointMatrices> {
+    fn matrices_between(&mut self, trajectory: &Solution, k: usize) -> Option<PointMatrices> {
         let t = f64::midpoint(trajectory.times[k], trajectory.times[k + 1]);
         let mut y = trajectory.y(k).to_vec();
         for &i in &self.differential {

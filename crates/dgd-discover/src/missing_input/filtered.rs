@@ -101,7 +101,7 @@ impl FilterRecording<'_> {
         let first = self.simulated(0, self.start)?;
         let trajectory = Solution { times: self.times.to_vec(), y, z, ..first };
         let mut deviations =
-            Deviations::along(self.terms, self.p, self.inputs, &trajectory).ok()?;
+            Deviations::linearize(self.terms, self.p, self.inputs, &trajectory).ok()?;
         let simulated = observe(&self.problem(self.start), &trajectory);
         let mut residuals: Vec<f64> =
             self.measured.iter().zip(&simulated.w).map(|(m, w)| m - w).collect();
@@ -133,7 +133,8 @@ impl FilterRecording<'_> {
     /// The model from the k-th sample to the next.
     fn piece(&self, k: usize, start: &[(usize, f64)]) -> Option<PieceModel> {
         let trajectory = self.simulated(k, start)?;
-        let deviations = Deviations::along(self.terms, self.p, self.inputs, &trajectory).ok()?;
+        let deviations =
+            Deviations::linearize(self.terms, self.p, self.inputs, &trajectory).ok()?;
         let simulated = observe(&self.problem(start), &trajectory);
         Some(PieceModel { trajectory, deviations, simulated })
     }

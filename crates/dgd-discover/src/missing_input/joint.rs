@@ -563,7 +563,7 @@ impl JointModel<'_> {
             let problem: Problem<'_, LoadedSystem> =
                 Problem { system: self.terms.system(), p: self.p, inputs: &inputs, start: &start };
             let piece = simulate(&problem, &times[k..k + 2], self.options).ok()?;
-            let deviations = Deviations::along(self.terms, self.p, &inputs, &piece).ok()?;
+            let deviations = Deviations::linearize(self.terms, self.p, &inputs, &piece).ok()?;
             let simulated = observe(&problem, &piece);
             let gamma = &deviations.responses[0];
             let reached = piece.y(1);

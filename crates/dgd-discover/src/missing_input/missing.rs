@@ -320,7 +320,7 @@ impl<'a> PlaceSearch<'a> {
         let inputs = self.inputs(thinned, place, d)?;
         let problem = Problem { system: self.system(), p, inputs: &inputs, start };
         let solution = simulate(&problem, times, &self.data.options).ok()?;
-        let deviations = Deviations::along(self.terms, p, &inputs, &solution).ok()?;
+        let deviations = Deviations::linearize(self.terms, p, &inputs, &solution).ok()?;
         let mut residuals = thinned.residuals(&observe(&problem, &solution));
         if d.iter().any(|d| *d != 0.0) {
             let chain = DeviationChain::new(
@@ -382,7 +382,7 @@ impl<'a> PlaceSearch<'a> {
         }
         sort(&mut candidates, nothing.likelihood);
         let reported = candidates.into_iter().filter_map(|place| {
-            let gain = place.fit.likelihood.over(nothing.likelihood);
+            let gain = place.fit.likelihood.gain_over(nothing.likelihood);
             (gain > 0.0).then(|| self.told(model, &place, gain))
         });
         Ok(reported.collect())
@@ -507,7 +507,7 @@ impl EstimatedPlace {
 
 /// Sorts the most likely first.
 fn sort(found: &mut [EstimatedPlace], nothing: ReadingLikelihood) {
-    let gain = |found: &EstimatedPlace| found.fit.likelihood.over(nothing);
+    let gain = |found: &EstimatedPlace| found.fit.likelihood.gain_over(nothing);
     found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
 }
 
@@ -524,7 +524,7 @@ pub(crate) fn alone(
     let Recording { inputs, times, measured, .. } = recording;
     let problem = Problem { system: &fitted.structure.system, p: &fitted.p, inputs, start };
     let solution = simulate(&problem, times, &data.options).ok()?;
-    let deviations = Deviations::along(terms, &fitted.p, inputs, &solution).ok()?;
+    let deviations = Deviations::linearize(terms, &fitted.p, inputs, &solution).ok()?;
     let w = observe(&problem, &solution).w;
     let n_w = measured.len();
     let readings: Vec<f64> = (0..times.len() * n_w)

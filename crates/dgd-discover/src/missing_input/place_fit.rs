@@ -70,7 +70,7 @@ pub(crate) struct ReadingLikelihood {
 
 impl ReadingLikelihood {
     /// Its gain over another, on validation data if there is any.
-    pub(crate) fn over(self, other: ReadingLikelihood) -> f64 {
+    pub(crate) fn gain_over(self, other: ReadingLikelihood) -> f64 {
         match (self.valid, other.valid) {
             (Some(own), Some(other)) => own - other,
             _ => self.train - other.train,

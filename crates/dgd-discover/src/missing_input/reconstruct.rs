@@ -104,8 +104,8 @@ pub fn reconstruct(
         .map_err(|failure| ReconstructError::Integrate(Box::new(failure.error)))?;
     let simulated = observe(&problem, &trajectory).w;
     assert_eq!(measured.len(), simulated.len(), "measurements of all samples");
-    let deviations =
-        Deviations::along(model, p, &inputs, &trajectory).map_err(ReconstructError::Linearize)?;
+    let deviations = Deviations::linearize(model, p, &inputs, &trajectory)
+        .map_err(ReconstructError::Linearize)?;
 
     let mut residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
     let chain = DeviationChain::new(&deviations, place, InputWalk::Random, &residuals, noise);

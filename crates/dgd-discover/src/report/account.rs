@@ -315,7 +315,7 @@ pub(crate) fn left_over(
     thresholds: &Thresholds,
 ) -> Option<UnexplainedError> {
     let (residuals, recording) = (after.residuals(data), data.train.first()?);
-    let excess = ExcessOutput::of(after, data, thresholds)?;
+    let excess = ExcessOutput::find(after, data, thresholds)?;
     let worst = excess.output;
     let output = &after.structure.system.signature().outputs[worst];
     let (noise, errors) = (data.noise[worst]?, residuals.first()?[worst].clone());

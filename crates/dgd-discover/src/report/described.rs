@@ -19,7 +19,7 @@ pub(crate) fn described(
     structure: StructureId,
 ) -> Vec<ResemblingEffect> {
     let Some(fitted) = search.fitted(structure) else { return Vec::new() };
-    let model_spread = ModelSpread::of(search, structure, fitted, &search.data);
+    let model_spread = ModelSpread::from_structure(search, structure, fitted, &search.data);
     let left =
         (search.training_square(structure).unwrap_or(f64::NAN), search.held_out_square(structure));
     let one = |candidate: usize| {

@@ -36,7 +36,7 @@ impl EffectReport<'_> {
             let (_, name) = brought.names.iter().find(is_onset)?;
             after.values.p.get(name).copied()
         });
-        let rest = structure.without(candidate);
+        let rest = structure.without_candidate(candidate);
         let mut windows = match search.base.structure(search.candidates, rest) {
             Ok(without) => search::windows(
                 &after.structure,

@@ -23,13 +23,13 @@ pub(crate) struct ModelSpread(BTreeMap<String, f64>);
 
 impl ModelSpread {
     /// The spreads of the parameters of a structure, fitted as reported.
-    pub(crate) fn of(
+    pub(crate) fn from_structure(
         search: &EffectSearch<'_>,
         structure: StructureId,
         fitted: &FittedStructure,
         data: &SearchData<'_>,
     ) -> Self {
-        if ExcessOutput::of(fitted, data, &search.thresholds).is_none() {
+        if ExcessOutput::find(fitted, data, &search.thresholds).is_none() {
             return Self::default();
         }
         let Some(over_parts) = over_parts(fitted, data) else { return Self::default() };

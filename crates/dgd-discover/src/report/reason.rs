@@ -18,7 +18,7 @@ struct RemainingError {
 }
 
 impl RemainingError {
-    fn of(fitted: &FittedStructure, data: &SearchData<'_>) -> RemainingError {
+    fn measure(fitted: &FittedStructure, data: &SearchData<'_>) -> RemainingError {
         let square = |residuals: &[Vec<Vec<f64>>]| mean(&chi_square(residuals, &data.noise));
         RemainingError {
             training: square(&fitted.residuals(data)).unwrap_or(f64::NAN),
@@ -63,7 +63,7 @@ pub(crate) struct ExcessOutput {
 
 impl ExcessOutput {
     /// The output furthest above its limit.
-    pub(crate) fn of(
+    pub(crate) fn find(
         fitted: &FittedStructure,
         data: &SearchData<'_>,
         thresholds: &Thresholds,
@@ -101,7 +101,10 @@ pub(crate) fn reason_of_law(
     (before, data): (&FittedStructure, &SearchData<'_>),
     (after, data_after): (&FittedStructure, &SearchData<'_>),
 ) -> String {
-    format!("{}.", falls(RemainingError::of(before, data), RemainingError::of(after, data_after)))
+    format!(
+        "{}.",
+        falls(RemainingError::measure(before, data), RemainingError::measure(after, data_after))
+    )
 }
 
 /// The reason for the verdict; `before` and `after` are the base model and the named one, as reported.
@@ -121,13 +124,15 @@ pub(crate) fn reason(
         }
     };
     let thresholds = &search.thresholds;
-    let base = RemainingError::of(before, data);
+    let base = RemainingError::measure(before, data);
     match outcome {
         JudgedOutcome::Sufficient => {
             let samples = search.training_error(StructureId::BASE).map_or(0, |(_, n)| n);
             sufficient(base, base.is_small(thresholds), search.is_noise(StructureId::BASE), samples)
         }
-        JudgedOutcome::Effects(_) => format!("{}.", falls(base, RemainingError::of(after, data))),
+        JudgedOutcome::Effects(_) => {
+            format!("{}.", falls(base, RemainingError::measure(after, data)))
+        }
         JudgedOutcome::Most(structure) => format!(
             "The mean square of the residuals is {}. The recordings look as if there was {}: with it {} would be left. \
              That is more than noise, and too much to name it.",
@@ -136,8 +141,8 @@ pub(crate) fn reason(
             RemainingError::of_tried(search, structure).words()
         ),
         JudgedOutcome::NearlyAll(structure) => {
-            let mut words = format!("{}.", falls(base, RemainingError::of(after, data)));
-            if ExcessOutput::of(after, data, thresholds).is_some() {
+            let mut words = format!("{}.", falls(base, RemainingError::measure(after, data)));
+            if ExcessOutput::find(after, data, thresholds).is_some() {
                 words += " That is more than noise, so that something smaller is missing as well.";
             }
             if let Some(rival) = search.without_one_of(structure).filter(|rival| !rival.is_base()) {
@@ -192,7 +197,7 @@ pub(crate) fn reason(
 /// The reason why the best of the structures is not named.
 fn why_not(search: &EffectSearch<'_>, best: StructureId, data: &SearchData<'_>) -> String {
     let Some(fitted) = search.fitted(best) else { return String::new() };
-    if let Some(excess) = ExcessOutput::of(fitted, data, &search.thresholds) {
+    if let Some(excess) = ExcessOutput::find(fitted, data, &search.thresholds) {
         let output = &fitted.structure.system.signature().outputs[excess.output].name;
         return format!(
             ", which is too much to name it: the residuals of `{output}` {}, and at most {} pass for noise",

@@ -39,7 +39,7 @@ impl EffectSearch<'_> {
     /// Effects that may replace an effect of a structure and then predict validation data nearly as well, and its other
     /// forms.
     pub(crate) fn replacements(&self, whole: StructureId, candidate: usize) -> Replacements {
-        let (rest, own) = (whole.without(candidate), &self.candidates[candidate]);
+        let (rest, own) = (whole.without_candidate(candidate), &self.candidates[candidate]);
         let error = |of: StructureId| {
             let held_out = self.held_out_square(of);
             held_out.or_else(|| self.training_square(of)).map(f64::sqrt)
@@ -49,7 +49,7 @@ impl EffectSearch<'_> {
             if other == candidate || rest.contains(other) || !self.is_open(other) {
                 return None;
             }
-            let structure = rest.with(other);
+            let structure = rest.with_candidate(other);
             let valid_ratio = error(structure)? / best;
             let as_good = self.explains(structure) || !self.explains(whole);
             let described = &self.candidates[other];

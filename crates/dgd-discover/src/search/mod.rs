@@ -13,7 +13,7 @@
 //! Two effects that are missing together are rarely found one after the other: alone, a wrong twin often fits best. So
 //! the search continues from several structures at a time, and accepted effects may be exchanged.
 //!
-//! The verdict depends only on a ranking and thresholds ([`Verdict::of`]); a search makes the fits that a question
+//! The verdict depends only on a ranking and thresholds ([`Verdict::decide`]); a search makes the fits that a question
 //! needs, asks, and asks again if the evidence contradicts the answer.
 
 mod activity;
@@ -119,7 +119,7 @@ impl EffectSearch<'_> {
 
     /// The verdict on the structures tried so far.
     fn judged(&self, question: VerdictQuestion) -> JudgedOutcome {
-        Verdict::of(&self.ranking(question), &self.thresholds)
+        Verdict::decide(&self.ranking(question), &self.thresholds)
     }
 
     /// Whether the fitted base model diverges from the recordings.
@@ -221,7 +221,7 @@ impl EffectSearch<'_> {
             self.finish(&[best]);
             // An effect at a bound cannot be named, but the rest may suffice without it.
             if let Some(effect) = self.at_bound(best).first() {
-                let rest = best.without(*effect);
+                let rest = best.without_candidate(*effect);
                 self.settle(rest, best);
                 best = rest;
                 continue;
@@ -231,7 +231,7 @@ impl EffectSearch<'_> {
                 return JudgedOutcome::Unexplained;
             }
             for effect in best.effects() {
-                self.settle(best.without(effect), best);
+                self.settle(best.without_candidate(effect), best);
             }
             let ranking = self.ranking(question);
             let judge = Judge::new(&ranking, &thresholds);
@@ -239,7 +239,7 @@ impl EffectSearch<'_> {
             else {
                 break question;
             };
-            best = best.without(spare);
+            best = best.without_candidate(spare);
         };
         if self.finish_near_forms(best) {
             let explained = self.explaining();

@@ -103,7 +103,7 @@ impl EffectSearch<'_> {
         let is_worth = |c: &usize| {
             let is_new = !structure.contains(*c);
             is_new
-                && self.may_be_said(structure.with(*c))
+                && self.may_be_said(structure.with_candidate(*c))
                 && (!is_apart(*c) || promising.contains(c))
         };
         if structure.len() == MOST_EFFECTS { Vec::new() } else { all.filter(is_worth).collect() }

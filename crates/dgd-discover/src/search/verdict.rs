@@ -35,7 +35,7 @@ impl Verdict {
     }
 
     /// The verdict on a ranking, with its structure.
-    pub(crate) fn of(ranking: &Ranking<'_>, thresholds: &Thresholds) -> JudgedOutcome {
+    pub(crate) fn decide(ranking: &Ranking<'_>, thresholds: &Thresholds) -> JudgedOutcome {
         let judge = Judge::new(ranking, thresholds);
         let outcome = match ranking.question {
             VerdictQuestion::IsSufficient => judge.sufficient(),
@@ -271,7 +271,7 @@ impl<'a, 'r> Judge<'a, 'r> {
     /// Whether far more is left without an effect of a structure, as far as that was fitted.
     pub(crate) fn is_essential(self, effect: usize, structure: StructureId) -> bool {
         let left = |of: StructureId| self.ranking.get(of)?.misfit.training_square();
-        let without = left(structure.without(effect)).unwrap_or(f64::INFINITY);
+        let without = left(structure.without_candidate(effect)).unwrap_or(f64::INFINITY);
         let is_spare = |left: f64| without < self.thresholds.essential * left;
         left(structure).is_some_and(|left| !is_spare(left))
     }
@@ -368,15 +368,18 @@ mod tests {
         LazyValue::new(Box::new(|| value))
     }
 
-    fn of(question: VerdictQuestion, mut standings: Vec<RankedStanding<'static>>) -> JudgedOutcome {
+    fn decide(
+        question: VerdictQuestion,
+        mut standings: Vec<RankedStanding<'static>>,
+    ) -> JudgedOutcome {
         standings.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
         let base = standings.iter().find(|standing| standing.structure.is_base());
         let discrepancy = known(base.and_then(|base| base.misfit.squares()));
-        Verdict::of(&Ranking { standings, question, discrepancy }, &Thresholds::default())
+        Verdict::decide(&Ranking { standings, question, discrepancy }, &Thresholds::default())
     }
 
     fn explaining(standings: Vec<RankedStanding<'static>>) -> JudgedOutcome {
-        of(VerdictQuestion::WhatExplains, standings)
+        decide(VerdictQuestion::WhatExplains, standings)
     }
 
     fn one(effect: usize) -> StructureId {
@@ -386,15 +389,15 @@ mod tests {
     #[test]
     fn a_model_is_sufficient_where_it_leaves_noise() {
         assert_eq!(
-            of(VerdictQuestion::IsSufficient, vec![left(&[], 1.0, 1.0)]),
+            decide(VerdictQuestion::IsSufficient, vec![left(&[], 1.0, 1.0)]),
             JudgedOutcome::Sufficient
         );
         assert_eq!(
-            of(VerdictQuestion::IsSufficient, vec![left(&[], 1.2, 1.0)]),
+            decide(VerdictQuestion::IsSufficient, vec![left(&[], 1.2, 1.0)]),
             JudgedOutcome::Unexplained
         );
         assert_eq!(
-            of(VerdictQuestion::IsSufficient, vec![left(&[], 1.0, 2.3)]),
+            decide(VerdictQuestion::IsSufficient, vec![left(&[], 1.0, 2.3)]),
             JudgedOutcome::Unexplained
         );
         // An effect that explains little is not worth including.
@@ -464,7 +467,7 @@ mod tests {
         let question = VerdictQuestion::IsNearlyAll(one(LEAK));
         let verdict = |held_out, others: Vec<RankedStanding<'static>>| {
             let own = vec![left(&[], 400.0, 400.0), left(&[LEAK], 4.0, held_out)];
-            of(question, own.into_iter().chain(others).collect())
+            decide(question, own.into_iter().chain(others).collect())
         };
         assert_eq!(verdict(30.0, vec![]), JudgedOutcome::NearlyAll(one(LEAK)));
         assert_eq!(verdict(50.0, vec![]), JudgedOutcome::Unexplained);
@@ -485,7 +488,7 @@ mod tests {
                 left(&[RAIN], 300.0, 300.0),
                 left(&[LEAK, RAIN], 4.0, 4.0),
             ];
-            of(VerdictQuestion::IsNearlyAll(both), tried)
+            decide(VerdictQuestion::IsNearlyAll(both), tried)
         };
         assert_eq!(verdict(13.0), JudgedOutcome::NearlyAll(both));
         assert_eq!(verdict(11.0), JudgedOutcome::Unexplained);
@@ -495,7 +498,7 @@ mod tests {
     fn templates_that_take_most_away_are_described() {
         let verdict = |best: f64, effect| {
             let tried = vec![left(&[], 100.0, 100.0), left(&[effect], best, best)];
-            of(VerdictQuestion::WhatIsMost, tried)
+            decide(VerdictQuestion::WhatIsMost, tried)
         };
         let most = JudgedOutcome::Most(one(TEMPLATE));
         assert_eq!(verdict(30.0, TEMPLATE), most);
@@ -507,7 +510,7 @@ mod tests {
         // A structure that fits better but predicts worse does not count against it.
         let bent = left(&[OTHER_TEMPLATE], 20.0, 60.0);
         let tried = vec![left(&[], 100.0, 100.0), bent, left(&[TEMPLATE], 30.0, 30.0)];
-        assert_eq!(of(VerdictQuestion::WhatIsMost, tried), most);
+        assert_eq!(decide(VerdictQuestion::WhatIsMost, tried), most);
     }
 
     #[test]

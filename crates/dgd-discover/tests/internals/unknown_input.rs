@@ -70,7 +70,8 @@ impl Case {
 
     fn deviations(&self) -> Deviations {
         let (_, nominal) = self.simulate(&self.nothing_missing());
-        Deviations::along(&self.model, &self.p, &self.recorded(&[]), &nominal).expect("derivatives")
+        Deviations::linearize(&self.model, &self.p, &self.recorded(&[]), &nominal)
+            .expect("derivatives")
     }
 
     /// measured − simulated, where the measurement has these terms and noise.
@@ -397,7 +398,7 @@ fn one_sample_is_no_trajectory() {
     nominal.times.truncate(1);
     nominal.y.truncate(nominal.n);
     case.times.truncate(2);
-    let found = Deviations::along(&case.model, &case.p, &case.recorded(&[]), &nominal);
+    let found = Deviations::linearize(&case.model, &case.p, &case.recorded(&[]), &nominal);
     assert_eq!(found.err(), Some(DeviationError::TooShort));
 }
 

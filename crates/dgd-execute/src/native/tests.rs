@@ -237,7 +237,7 @@ fn the_interpreter_takes_over_on_other_machines() {
     };
     let native = NativeFunctions::new(&program, unknown, |_| 0);
     assert!(matches!(native.code(&program, FunctionKind::Rhs), Err(NativeRefusal::Machine(_))));
-    let loaded = LoadedSystem::by(program.clone(), native);
+    let loaded = LoadedSystem::with_native(program.clone(), native);
     let message = loaded.compile().expect_err("no code").to_string();
     assert!(message.starts_with("there is no native code: not for this machine"), "{message}");
     let interpreted = InterpretedSystem::new(program.clone());

@@ -99,7 +99,7 @@ impl DelayedReadings<'_> {
     pub(super) fn write(&self, w: &mut [f64]) {
         let mut values = vec![0.0; w.len()];
         for (delayed, was) in &self.all {
-            self.problem.system.outputs(was.at(self.here), &mut values);
+            self.problem.system.outputs(was.to_point(self.here), &mut values);
             w[delayed.output] = values[delayed.output];
         }
     }
@@ -123,7 +123,7 @@ impl DelayedReadings<'_> {
             (zeros(by_y.len()), zeros(by_u.len()), zeros(by_p.len()));
         let mut dwdt = zeros(signature.outputs.len());
         for (delayed, was) in all {
-            let (row, at) = (delayed.output, was.at(*here));
+            let (row, at) = (delayed.output, was.to_point(*here));
             problem.system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut dwdt);
             c.row_mut(row).fill(0.0);
             let mut rate = dwdt[row];
@@ -150,7 +150,7 @@ impl DelayedReadings<'_> {
 }
 
 impl DelayedReading {
-    fn at<'a>(&'a self, here: EvaluationPoint<'a>) -> EvaluationPoint<'a> {
+    fn to_point<'a>(&'a self, here: EvaluationPoint<'a>) -> EvaluationPoint<'a> {
         EvaluationPoint { t: self.t, y: &self.y, u: &self.u, ..here }
     }
 }

@@ -50,7 +50,7 @@ impl EstimateHistory {
 
     /// The earliest known time.
     pub(super) fn since(&self) -> f64 {
-        self.past.from()
+        self.past.known_from()
     }
 
     /// Positions of the unknowns.
@@ -181,7 +181,7 @@ impl EstimateHistory {
     pub(super) fn weights(&self, unknown: usize, t: f64) -> Vec<(usize, f64)> {
         let each = self.sizes.len();
         let weights = (0..self.nodes.len())
-            .map(|node| (node * each + unknown, self.hat(node).at(t) * self.sizes[unknown]));
+            .map(|node| (node * each + unknown, self.hat(node).evaluate(t) * self.sizes[unknown]));
         weights.filter(|(_, weight)| *weight != 0.0).collect()
     }
 

@@ -87,7 +87,7 @@ impl<'a> FitNeighbourhood<'a> {
                 let loss = problem.loss;
                 let problem = (problem.p, &problem.free, problem.recordings, &problem.priors);
                 let fit = (&fit.estimates, &fit.noise, fit.stepping, &fit.starts);
-                digest.of(&problem).of(&loss).of(&fit).of(&evaluations)
+                digest.debug(&problem).debug(&loss).debug(&fit).debug(&evaluations)
             }),
         })
     }

@@ -116,7 +116,7 @@ pub fn bootstrap<G: FnMut() -> u64>(
                 .map_err(|reason| EstimateError::Start(TrialFailed { recording: r, reason }))?;
         let of_output = |i: usize| {
             let sigma = fit.noise[i]?;
-            let weight = |e: f64| problem.loss.at(e / sigma).weight;
+            let weight = |e: f64| problem.loss.evaluate(e / sigma).weight;
             let samples: Vec<(usize, f64)> = recording.counted(i).collect();
             ResampledOutput::new(
                 recording.times.len(),
@@ -159,7 +159,7 @@ pub fn bootstrap<G: FnMut() -> u64>(
     let refits = in_parallel_by_model(problem.system, replicates, problem.threads, |system, k| {
         let drawn = |digest: Digest| {
             let mut numbers = random(k);
-            digest.of(&("refit", numbers(), numbers()))
+            digest.debug(&("refit", numbers(), numbers()))
         };
         let refit = around.kept(drawn, || refit(system, k));
         if refit.is_ok() {

@@ -185,7 +185,7 @@ impl SampleReceiver for CellAccumulator<'_> {
             if !e.is_finite() || self.slopes.iter().any(|slope| !slope.is_finite()) {
                 continue;
             }
-            let weight = self.weights.loss.at(e / sigma).weight / (sigma * sigma);
+            let weight = self.weights.loss.evaluate(e / sigma).weight / (sigma * sigma);
             cells[cell].add(e, &self.slopes, weight);
             outputs[output].add(e, &self.slopes, weight);
         }

@@ -215,7 +215,7 @@ pub fn profiles(
             let (i, worth) = (estimates[k], fit.worth(estimates[k]));
             let along = EstimateProfile { around: &around, problem: &problem, i, least, worth };
             let profile = around.kept(
-                |digest| digest.of(&("profile", estimates[k])),
+                |digest| digest.debug(&("profile", estimates[k])),
                 || {
                     let profile = along.profile(fit);
                     // A result that was found before this check may be incomplete.

@@ -159,7 +159,7 @@ pub fn spread(
     let fitted = (0..sigma.len()).filter(|output| sigma[*output].is_some());
     let without_outputs: Vec<LeaveOneOut> = fitted.map(without_output).collect();
     let mut spread = Jackknife {
-        parts: runs.iter().map(|run| JackknifeBlock::of(&cells[run.clone()])).collect(),
+        parts: runs.iter().map(|run| JackknifeBlock::from_cells(&cells[run.clone()])).collect(),
         std: vec![None; estimates.len()],
         rests_on: vec![None; estimates.len()],
     };
@@ -189,7 +189,7 @@ fn of_pseudo_values(moved: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
 
 impl JackknifeBlock {
     /// A part of consecutive cells.
-    fn of(cells: &[SampleCell]) -> JackknifeBlock {
+    fn from_cells(cells: &[SampleCell]) -> JackknifeBlock {
         let (first, last) = (&cells[0], &cells[cells.len() - 1]);
         JackknifeBlock {
             recordings: [first.recording, last.recording],

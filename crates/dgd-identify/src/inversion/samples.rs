@@ -79,7 +79,7 @@ impl EquationSamples {
                 continue;
             }
             let measured = |i: usize| recording.measured[i].as_ref().map_or(f64::NAN, |w| w[at]);
-            let Some(errors) = gains.at(&known, at, p, &measured) else { continue };
+            let Some(errors) = gains.compute(&known, at, p, &measured) else { continue };
             let is_differential = mass[row] != 0.0;
             let sensors = 0..errors.ncols();
             let of_g = |s: usize| {

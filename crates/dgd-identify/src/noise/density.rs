@@ -154,10 +154,11 @@ impl PredictedReading {
         let r = self.residual(distribution);
         match distribution {
             Distribution::Normal | Distribution::Student { .. } => {
-                DensityTerm::of(r, 1.0 / sigma, sigma, distribution)
+                DensityTerm::from_residual(r, 1.0 / sigma, sigma, distribution)
             }
             Distribution::LogNormal => {
-                let term = DensityTerm::of(r, 1.0 / (sigma * simulated), sigma, distribution);
+                let term =
+                    DensityTerm::from_residual(r, 1.0 / (sigma * simulated), sigma, distribution);
                 DensityTerm { logarithm: term.logarithm + 2.0 * measured.ln(), ..term }
             }
         }
@@ -167,7 +168,12 @@ impl PredictedReading {
 impl DensityTerm {
     /// The term of a residual r with a normal or Student's distribution: `slope` is ∂r/∂w, and r is proportional to
     /// 1/σ.
-    pub(super) fn of(r: f64, slope: f64, sigma: f64, distribution: Distribution) -> Self {
+    pub(super) fn from_residual(
+        r: f64,
+        slope: f64,
+        sigma: f64,
+        distribution: Distribution,
+    ) -> Self {
         let Distribution::Student { freedom } = distribution else {
             return DensityTerm {
                 cost: r * r,

@@ -98,7 +98,7 @@ impl Loss {
     }
 
     /// Its value and derivatives at r.
-    pub fn at(self, r: f64) -> LossAt {
+    pub fn evaluate(self, r: f64) -> LossAt {
         let Some(c) = self.tuning() else {
             return LossAt { value: r * r, weight: 1.0, curvature: 1.0 };
         };
@@ -169,7 +169,7 @@ impl RobustWeighting {
     /// Adds an error and its slopes, and returns the weight of its sample.
     pub(crate) fn add(&mut self, e: f64, slopes: &[f64], scaled: ScaledLoss) -> f64 {
         let r = e / scaled.sigma;
-        let LossAt { value, weight, curvature } = scaled.loss.at(r);
+        let LossAt { value, weight, curvature } = scaled.loss.evaluate(r);
         self.loss += value * scaled.sigma.powi(2);
         self.curvature += curvature;
         self.curvature_squares += curvature * curvature;

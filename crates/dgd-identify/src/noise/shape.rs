@@ -32,7 +32,7 @@ pub struct NoiseShape {
 impl NoiseShape {
     /// The shape fitted to pairs of a simulated output and its σ, with readings `measured`: minimises relative errors
     /// of σ². `None` if σ does not grow over the range of these outputs and readings.
-    pub fn of(pairs: &[(f64, f64)], measured: &[f64]) -> Option<Self> {
+    pub fn fit(pairs: &[(f64, f64)], measured: &[f64]) -> Option<Self> {
         let (floor, slope) = grown(pairs)?;
         let size = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, f64::max);
         let largest = size(&mut measured.iter().map(|y| y.abs()));
@@ -57,7 +57,7 @@ impl NoiseShape {
     }
 
     /// g.
-    pub(crate) fn at(self, w: f64) -> f64 {
+    pub(crate) fn evaluate(self, w: f64) -> f64 {
         self.floor.hypot(self.slope * w)
     }
 
@@ -72,7 +72,7 @@ impl NoiseShape {
 
     /// d ln σ/dw with c fixed: g′/g.
     pub(crate) fn growth(self, w: f64) -> f64 {
-        let g = self.at(w);
+        let g = self.evaluate(w);
         self.slope * self.slope * w / (g * g)
     }
 
@@ -86,10 +86,10 @@ impl NoiseShape {
     /// σ without its dependence on w.
     pub(crate) fn term(self, seen: PredictedReading, distribution: Distribution) -> DensityTerm {
         let PredictedReading { measured, simulated, sigma } = seen;
-        let c = sigma / self.at(simulated);
+        let c = sigma / self.evaluate(simulated);
         let r = self.between(simulated, measured) / c;
-        DensityTerm::of(r, 1.0 / sigma, sigma, distribution)
-            .with_spread(c * self.at(measured), sigma)
+        DensityTerm::from_residual(r, 1.0 / sigma, sigma, distribution)
+            .with_spread(c * self.evaluate(measured), sigma)
     }
 }
 
@@ -141,7 +141,7 @@ mod tests {
 
     fn shape(sigma: impl Fn(f64) -> f64, outputs: &[f64], readings: &[f64]) -> Option<NoiseShape> {
         let pairs: Vec<(f64, f64)> = outputs.iter().map(|w| (*w, sigma(*w))).collect();
-        NoiseShape::of(&pairs, readings)
+        NoiseShape::fit(&pairs, readings)
     }
 
     #[test]

@@ -123,7 +123,7 @@ impl Fit {
 
     /// The weight of an error of an output, SI, under the loss: 1 for squares and for outputs that are not fitted.
     pub fn weight(&self, output: usize, e: f64) -> f64 {
-        self.noise[output].map_or(1.0, |sigma| self.loss.at(e / sigma).weight)
+        self.noise[output].map_or(1.0, |sigma| self.loss.evaluate(e / sigma).weight)
     }
 
     /// The rise of −2 ln of the likelihood that corresponds to a rise of Σ ρ along an estimate, as a factor; 1 for

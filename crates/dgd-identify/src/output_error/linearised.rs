@@ -56,7 +56,7 @@ pub(crate) fn outputs_of(
     let inputs = inputs.map_err(NotLinearised::Run)?;
     let wanted = delayed.as_ref().map_or(times, |delayed| &delayed.all);
     let mut run = LinearRun::new(problem, &model, &inputs, start);
-    let mut solution = run.to(wanted, Solution::empty(signature, n_s));
+    let mut solution = run.run_to(wanted, Solution::empty(signature, n_s));
     if let Some(delayed) = &delayed {
         solution = delayed.split(times, solution);
     }
@@ -157,7 +157,7 @@ impl<'a> LinearRun<'a> {
     }
 
     /// δx and its derivatives at these times, instead of a solution's unknowns.
-    fn to(&mut self, times: &[f64], mut solution: Solution) -> Solution {
+    fn run_to(&mut self, times: &[f64], mut solution: Solution) -> Solution {
         solution.n = self.x.len();
         solution.n_z = 0;
         let Some(&first) = times.first() else { return solution };
@@ -193,7 +193,7 @@ impl<'a> LinearRun<'a> {
         // δẋ = A δx + b₀ + b₁ (t − t₀)
         let b_0 = &self.model.rates + &self.model.b * &driven.u;
         let b_1 = &self.model.b * &udot;
-        let response = self.responses.of(until - t, rounding);
+        let response = self.responses.response(until - t, rounding);
         let of_slopes = &mut response.slopes.iter();
         let value = &response.value;
         for ((s, slopes), moved) in self.s.iter_mut().zip(self.slopes).zip(&driven.moved) {

@@ -159,7 +159,11 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
     }
 
     let digest_of_problem = problem.keeping.digest(|digest| {
-        digest.of(&"simulations of a fit").of(&problem.p).of(&problem.free).of(&problem.recordings)
+        digest
+            .debug(&"simulations of a fit")
+            .debug(&problem.p)
+            .debug(&problem.free)
+            .debug(&problem.recordings)
     });
     let mut total = FitTotals::default();
     let problem = &readings::with_tolerance(problem, &variables, &z, &mut total);
@@ -220,7 +224,7 @@ fn estimate_by_loss(
     estimate(&known, variables, z, data, of, total)
 }
 
-/// Estimates with given steps and σ from z on. Simulations are stored under digests that begin with `of`.
+/// Estimates with given steps and σ from z on. Simulations are stored under digests that begin with `debug`.
 fn estimate(
     problem: &OutputErrorProblem<'_>,
     variables: &FitVariables,
@@ -237,9 +241,9 @@ fn estimate(
     let of_problem = |problem: &OutputErrorProblem<'_>, z: &[f64], sigma: &[Option<f64>]| {
         let simulated = || simulate_all(problem, variables, z, sigma);
         let Some(of) = of else { return simulated() };
-        let key = of.of(&problem.options).of(&z);
+        let key = of.debug(&problem.options).debug(&z);
         // Sums of squares do not depend on σ.
-        let key = if is_squares { key } else { key.of(&(problem.loss, sigma)) };
+        let key = if is_squares { key } else { key.debug(&(problem.loss, sigma)) };
         kept_success(problem.keeping.journal, key.value(), simulated)
     };
     let simulated = |z: &[f64], sigma: &[Option<f64>]| of_problem(problem, z, sigma);

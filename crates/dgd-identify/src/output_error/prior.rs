@@ -53,13 +53,13 @@ pub(crate) struct PriorTerm {
 
 impl Prior {
     /// The prior of one parameter, SI.
-    pub fn of(parameter: usize, density: PriorDensity) -> Self {
+    pub fn for_parameter(parameter: usize, density: PriorDensity) -> Self {
         Self { weights: vec![(parameter, 1.0)], density }
     }
 
     /// A normal prior of one parameter, SI.
     pub fn normal(parameter: usize, mean: f64, std: f64) -> Self {
-        Self::of(parameter, PriorDensity::Normal { mean, std })
+        Self::for_parameter(parameter, PriorDensity::Normal { mean, std })
     }
 
     /// Mean and standard deviation of a normal prior.

@@ -79,7 +79,7 @@ impl<'p, 'a> SimulatedPoint<'p, 'a> {
         }
         let pairs = self.samples(output).map(|(_, w)| (w[output], w[density.deviation]));
         let measured: Vec<f64> = self.samples(output).map(|(y, _)| y).collect();
-        NoiseShape::of(&pairs.collect::<Vec<_>>(), &measured)
+        NoiseShape::fit(&pairs.collect::<Vec<_>>(), &measured)
     }
 
     /// −2 ln of the likelihood of the outputs whose readings have individual σ; `None` if a reading has none.
@@ -101,7 +101,7 @@ impl<'p, 'a> SimulatedPoint<'p, 'a> {
     }
 }
 
-/// The readings of an output, each with its noise; empty if the noise is unknown. `at` is needed for computed noise; if
+/// The readings of an output, each with its noise; empty if the noise is unknown. `evaluate` is needed for computed noise; if
 /// that grows with the output, the outputs `simulated` there follow.
 fn noise_of_readings(
     problem: &OutputErrorProblem<'_>,
@@ -128,7 +128,7 @@ fn noise_of_readings(
         let sigma = w[density.deviation].abs();
         let sigma = match (density.distribution, shape) {
             (Distribution::LogNormal, _) => sigma * y,
-            (_, Some(shape)) => sigma * shape.at(y) / shape.at(w[output]),
+            (_, Some(shape)) => sigma * shape.evaluate(y) / shape.evaluate(w[output]),
             (_, None) => sigma,
         };
         (y, sigma)
@@ -247,7 +247,8 @@ pub(super) fn closer(
         let accuracy = SteppingAccuracy::first(&scaled, variables, &z)?;
         let scaled = OutputErrorProblem { options: accuracy.applied(), ..scaled };
         let pairs = shapes.iter().flatten().map(|shape| (shape.floor, shape.slope));
-        let digest = of.map(|of| of.of(&("even noise", round)).of(&pairs.collect::<Vec<_>>()));
+        let digest =
+            of.map(|of| of.debug(&("even noise", round)).debug(&pairs.collect::<Vec<_>>()));
         let ended = estimate(&scaled, variables, z.clone(), data, digest, total);
         let Ok(EstimationEnd { z: found, .. }) = ended else { break };
         let Some(next) = SimulatedPoint::new(problem, variables, &found, total) else { break };

@@ -211,7 +211,7 @@ impl RegressionRound {
     }
 
     /// The end of a fit, to continue with its weights.
-    pub(crate) fn of(fit: &RegressionFit) -> Self {
+    pub(crate) fn from_fit(fit: &RegressionFit) -> Self {
         let sigma: Vec<f64> = fit.rows.iter().map(|row| row.sigma).collect();
         Self {
             p: fit.p.clone(),

@@ -114,7 +114,7 @@ pub fn follow(
         p.clone(),
         p,
         &bounds,
-        &SeparableEnd::of(2),
+        &SeparableEnd::without_variables(2),
     )?;
     let mut fit =
         finish(&prepared, &mut rows, &linear, first_round, RegressionMethod::LeastSquares)?;

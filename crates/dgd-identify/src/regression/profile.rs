@@ -39,7 +39,7 @@ pub fn regression_profiles(
     let known = prepared.known()?;
     let mut rows = prepared.rows(&known)?;
     structure::find_linear(problem.system, &mut rows, &guess);
-    let least = sum(&prepared, &mut rows, &RegressionRound::of(fit).sigma, &fit.p)?;
+    let least = sum(&prepared, &mut rows, &RegressionRound::from_fit(fit).sigma, &fit.p)?;
     let along =
         RegressionProfile { prepared: &prepared, rows: RefCell::new(rows), fit, method, least };
     Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
@@ -118,7 +118,7 @@ impl RegressionProfile<'_> {
         let mut bounds = prepared.bounds(self.method);
         let value = held * fit.sizes[j];
         bounds[j] = (value, value);
-        let mut start = RegressionRound::of(fit);
+        let mut start = RegressionRound::from_fit(fit);
         for ((i, z), size) in free.iter().zip(&from.z).zip(&fit.sizes) {
             start.p[*i] = z * size;
         }

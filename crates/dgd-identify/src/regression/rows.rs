@@ -90,7 +90,7 @@ impl RowKind {
             let delayed = delayed(&signature.input_jacobian, i);
             Self {
                 of: RowOf::Equation(i),
-                name: signature.equations.at(i).into_owned(),
+                name: signature.equations.get(i).into_owned(),
                 reads: reads(&signature.jacobian, i),
                 parameters: parameters(&signature.parameter_jacobian, i),
                 in_delays: in_delays(&delayed),

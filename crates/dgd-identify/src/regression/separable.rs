@@ -223,7 +223,7 @@ pub(super) struct SeparableEnd {
 
 impl SeparableEnd {
     /// The end of a search without variables, after this many evaluations.
-    pub(super) fn of(evaluations: usize) -> Self {
+    pub(super) fn without_variables(evaluations: usize) -> Self {
         Self { x: Vec::new(), evaluations, iterations: 0, is_converged: true, is_flat: false }
     }
 }

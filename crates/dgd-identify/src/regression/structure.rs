@@ -29,7 +29,7 @@ pub(crate) fn find_linear(
     p: &[f64],
 ) -> Vec<bool> {
     let n = rows.free.len();
-    let points = SHIFTS.map(|shift| ResidualNeighbourhood::of(system, rows, p, shift));
+    let points = SHIFTS.map(|shift| ResidualNeighbourhood::evaluate_around(system, rows, p, shift));
     let mut conflicts = Vec::new();
     for kind in 0..rows.kinds.len() {
         let plain = conflicts_of(&points, rows, kind, None);
@@ -75,7 +75,7 @@ pub(crate) fn where_nonlinear(
     p: &[f64],
     parameter: usize,
 ) -> usize {
-    let points = SHIFTS.map(|shift| ResidualNeighbourhood::of(system, rows, p, shift));
+    let points = SHIFTS.map(|shift| ResidualNeighbourhood::evaluate_around(system, rows, p, shift));
     let involved = |kind: &usize| {
         let conflicts = conflicts_of(&points, rows, *kind, rows.kinds[*kind].multiplier);
         conflicts.iter().any(|(j, k)| *j == parameter || *k == parameter)
@@ -97,18 +97,23 @@ struct EvaluatedResiduals {
 }
 
 impl ResidualNeighbourhood {
-    fn of(system: &dyn Model, rows: &mut RegressionRows<'_>, p: &[f64], shift: f64) -> Self {
+    fn evaluate_around(
+        system: &dyn Model,
+        rows: &mut RegressionRows<'_>,
+        p: &[f64],
+        shift: f64,
+    ) -> Self {
         let free = rows.free;
         let mut centre = p.to_vec();
         for (k, i) in free.iter().enumerate() {
             // Not all by the same factor, which could hide quotients.
             centre[*i] = moved_by(system, *i, p[*i], shift * (1.0 + 0.1 * k as f64));
         }
-        let moved_rows = EvaluatedResiduals::at(rows, &centre);
+        let moved_rows = EvaluatedResiduals::evaluate(rows, &centre);
         let moved = free.iter().map(|i| {
             let mut p = centre.clone();
             p[*i] = moved_by(system, *i, p[*i], MOVE);
-            let evaluated = EvaluatedResiduals::at(rows, &p);
+            let evaluated = EvaluatedResiduals::evaluate(rows, &p);
             (p, evaluated)
         });
         Self { at: moved_rows, moved: moved.collect(), p: centre }
@@ -116,7 +121,7 @@ impl ResidualNeighbourhood {
 }
 
 impl EvaluatedResiduals {
-    fn at(rows: &mut RegressionRows<'_>, p: &[f64]) -> Option<Self> {
+    fn evaluate(rows: &mut RegressionRows<'_>, p: &[f64]) -> Option<Self> {
         let samples: usize = rows.known.iter().map(|known| known.times.len()).sum();
         let stride = samples.div_ceil(COMPARED).max(1);
         let n_kinds = rows.kinds.len();

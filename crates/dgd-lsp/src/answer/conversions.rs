@@ -60,7 +60,10 @@ fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<Conve
     let text = analysis.sources.text(span);
     text.parse::<f64>().ok()?;
     let unit = spelt(wanted, analysis);
-    Some((format!("Write `{text} [{unit}]`"), vec![FixEdit::behind(span, format!(" [{unit}]"))]))
+    Some((
+        format!("Write `{text} [{unit}]`"),
+        vec![FixEdit::insert_after(span, format!(" [{unit}]"))],
+    ))
 }
 
 /// A dimension in the file's first spelling, else in base units.
@@ -80,7 +83,7 @@ fn scaled(
     if span.source != SourceId(0) {
         return Vec::new();
     }
-    let (Some(factor), Some(divisor)) = (wanted.over(found), found.over(wanted)) else {
+    let (Some(factor), Some(divisor)) = (wanted.divide(found), found.divide(wanted)) else {
         return Vec::new();
     };
     let mut proposals = Vec::new();
@@ -90,12 +93,12 @@ fn scaled(
             dimension if dimension == divisor => ("Divide", '/'),
             _ => continue,
         };
-        let mut edits = vec![FixEdit::behind(span, format!("{sign}{}", one.name))];
+        let mut edits = vec![FixEdit::insert_after(span, format!("{sign}{}", one.name))];
         let text = analysis.sources.text(span);
         if !is_factor(text) {
             edits = vec![
-                FixEdit::before(span, "("),
-                FixEdit::behind(span, format!("){sign}{}", one.name)),
+                FixEdit::insert_before(span, "("),
+                FixEdit::insert_after(span, format!("){sign}{}", one.name)),
             ];
         }
         proposals.push((format!("{doing} {} by `{}`", quoted(text), one.name), edits));

@@ -24,7 +24,7 @@ pub(super) fn hover(params: &HoverParams, context: &AnswerContext<'_>) -> Option
     let (names, sources) = context.files.names(&context.path);
     let mut text = String::new();
     let mut place = None;
-    if let Some(one) = names.at(SourceId(0), byte) {
+    if let Some(one) = names.find_at(SourceId(0), byte) {
         place = Some(one.span);
         text = of_symbol(one.symbol, &names, &sources, context);
     } else if let Some((word, span)) = word_at(context.text(), byte)

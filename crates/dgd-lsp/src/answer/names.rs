@@ -23,7 +23,7 @@ fn found(
 ) -> Option<(NameTable, SourceMap, NameUse)> {
     let byte = context.byte(at.position) as u32;
     let (names, sources) = context.files.names(&context.path);
-    let one = *names.at(SourceId(0), byte)?;
+    let one = *names.find_at(SourceId(0), byte)?;
     Some((names, sources, one))
 }
 

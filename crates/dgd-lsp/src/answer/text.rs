@@ -193,7 +193,7 @@ pub(super) fn semantic_tokens(context: &AnswerContext<'_>) -> SemanticTokens {
             TokenKind::Number => 2,
             TokenKind::Unit => 3,
             TokenKind::Name => {
-                let symbol_use = names.at(SourceId(0), token.start);
+                let symbol_use = names.find_at(SourceId(0), token.start);
                 match symbol_use
                     .filter(|one| one.span.start <= token.start && token.start < one.span.end)
                 {
@@ -211,7 +211,7 @@ pub(super) fn semantic_tokens(context: &AnswerContext<'_>) -> SemanticTokens {
         data.push(SemanticToken {
             delta_line: line - before.0,
             delta_start,
-            length: context.columns.of(&text[bytes]) as u32,
+            length: context.columns.count(&text[bytes]) as u32,
             token_type: kind,
             token_modifiers_bitset: 0,
         });

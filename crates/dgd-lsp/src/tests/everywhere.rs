@@ -94,7 +94,7 @@ fn renamed(nth: usize) -> (Vec<Edits>, usize) {
             if n_seen % nth != 0 {
                 continue;
             }
-            let (line, character) = LineStarts::of(text).position(
+            let (line, character) = LineStarts::from_text(text).position(
                 text,
                 symbol.declared.start as usize,
                 ColumnUnit::Utf16,

@@ -109,7 +109,7 @@ impl Editor {
     /// A document and a position in it, the `skip`th byte of the first occurrence of a text.
     fn at(&self, path: &Path, text: &str, what: &str, skip: usize) -> Value {
         let byte = text.find(what).expect("it is there") + skip;
-        let (line, character) = LineStarts::of(text).position(text, byte, self.columns);
+        let (line, character) = LineStarts::from_text(text).position(text, byte, self.columns);
         let position = json!({ "line": line, "character": character });
         json!({ "textDocument": { "uri": address(path) }, "position": position })
     }
@@ -155,7 +155,7 @@ fn model(name: &str) -> (PathBuf, String) {
 
 /// The text after the edits that an answer has for a document.
 fn edited(text: &str, edits: &Value, columns: ColumnUnit) -> String {
-    let lines = LineStarts::of(text);
+    let lines = LineStarts::from_text(text);
     let byte = |at: &Value| {
         let number = |key: &str| at[key].as_u64().expect("a number") as usize;
         lines.byte(text, number("line"), number("character"), columns)
@@ -189,7 +189,7 @@ fn mistakes_come_with_places_and_fixes_while_one_types() {
         assert_eq!(diagnostics.as_array().expect("a list").len(), 1, "{diagnostics}");
         let range = diagnostics[0]["range"].clone();
         let start = text.find("τ_größ\n").expect("the mistake");
-        let (line, character) = LineStarts::of(text).position(text, start, editor.columns);
+        let (line, character) = LineStarts::from_text(text).position(text, start, editor.columns);
         assert_eq!(range["start"], json!({ "line": line, "character": character }));
         let document = json!({ "uri": address(&path) });
         let context = json!({ "diagnostics": [] });

@@ -70,7 +70,7 @@ mod tests {
     use crate::palette::pens;
     use crate::text::MathText;
 
-    fn at(mark: &SceneMark) -> ScenePoint {
+    fn position(mark: &SceneMark) -> ScenePoint {
         match mark {
             SceneMark::Text { at, .. } => *at,
             _ => unreachable!("labels are texts"),
@@ -87,7 +87,8 @@ mod tests {
         let font = Font::embedded();
         let marks = placed(&panel, &pens(&panel), |x, y| (x, y), &font, (100.0, 100.0));
         assert_eq!(marks.len(), 3);
-        let mut at_edge: Vec<ScenePoint> = marks.iter().map(at).filter(|at| at.0 > 100.0).collect();
+        let mut at_edge: Vec<ScenePoint> =
+            marks.iter().map(position).filter(|at| at.0 > 100.0).collect();
         at_edge.sort_by(|a, b| a.1.total_cmp(&b.1));
         assert!(at_edge[1].1 - at_edge[0].1 >= DISTANCE - 1e-6, "{at_edge:?}");
         // Both are within the room reserved for them, and near their points.
@@ -95,7 +96,7 @@ mod tests {
         let middle = 0.5 * (at_edge[0].1 + at_edge[1].1) - HALF_DIGIT * TICK_SIZE;
         assert!((middle - 51.0).abs() < 1e-6, "{middle}");
         // The one elsewhere stays where it is.
-        let elsewhere = marks.iter().map(at).find(|at| at.0 < 50.0).expect("the third");
+        let elsewhere = marks.iter().map(position).find(|at| at.0 < 50.0).expect("the third");
         assert!((elsewhere.1 - HALF_DIGIT * TICK_SIZE - 51.0).abs() < 1e-9);
     }
 }

@@ -55,8 +55,8 @@ fn write_into(path: &Path, wanted: &WriteRequest) -> Result<(), String> {
             "`{shown}` has changed since it was read, so nothing was written; look at what is drawn now, and write again"
         ));
     }
-    let changed = ParameterValues::of(&text, &wanted.variant)
-        .with(&wanted.values)
+    let changed = ParameterValues::read(&text, &wanted.variant)
+        .write(&wanted.values)
         .map_err(|error| error.to_string())?;
     write_whole(path, |out| out.write_all(changed.as_bytes())).map_err(|error| error.to_string())
 }

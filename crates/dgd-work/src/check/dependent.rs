@@ -22,7 +22,7 @@ pub(super) fn notes(compiled: &CompiledStages) -> Vec<Diagnostic> {
 
 fn note(one: &DependentEquations, signature: &Signature, model: &Model) -> Option<Diagnostic> {
     let labels: Vec<String> =
-        one.equations.iter().map(|(row, _)| signature.equations.at(*row).to_string()).collect();
+        one.equations.iter().map(|(row, _)| signature.equations.get(*row).to_string()).collect();
     let unknowns: Vec<String> =
         one.unknowns.iter().map(|i| signature.unknowns.name(*i).into_owned()).collect();
     let places: Vec<Option<Span>> = labels.iter().map(|label| place(label, model)).collect();

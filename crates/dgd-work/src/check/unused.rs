@@ -8,7 +8,7 @@ use dgd_compiler::syntax::ast::Ast;
 /// A note for each such parameter of the main file.
 pub(super) fn notes(asts: &[Ast], sources: &SourceMap) -> Vec<Diagnostic> {
     let Some(main) = asts.first() else { return Vec::new() };
-    let names = NameTable::of(asts, sources);
+    let names = NameTable::collect(asts, sources);
     let unused = names.symbols().filter(|(id, symbol)| {
         symbol.kind == SymbolKind::Parameter
             && symbol.declared.source == main.source

@@ -191,7 +191,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     let of_tables = of_tables.into_iter().map(|id| compilation.sources.get(id));
     let texts = compilation.sources.iter().filter(is_model).chain(of_tables);
     let texts = texts.fold(InMemory::default(), |files, source| {
-        files.with(&source.name, without_unread(&source.text, &inputs).as_bytes())
+        files.with_file(&source.name, without_unread(&source.text, &inputs).as_bytes())
     });
     Ok(Discovered {
         discovery,

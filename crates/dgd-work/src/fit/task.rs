@@ -154,10 +154,10 @@ impl<'s> Task<'s> {
         let few = FewSamples::find(&signature.outputs, &train, &mut noise, estimates);
         let sources = compilation.sources;
         session.spare(&sources)?;
-        let of_program = || Digest::EMPTY.of(&compiled.program);
+        let of_program = || Digest::EMPTY.debug(&compiled.program);
         // Only the estimator that simulates takes long enough for a journal.
         let journal = if request.regression.estimator == Estimator::OutputError {
-            let input = || of_program().of(&(&p, &train, &valid, &noise)).of(&options);
+            let input = || of_program().debug(&(&p, &train, &valid, &noise)).debug(&options);
             keeping::journal(&request.keep, input, session)?
         } else if request.keep.resume {
             return Err(WorkError::Usage("`--resume` needs `--estimator output-error`".to_owned()));
@@ -224,7 +224,7 @@ impl<'s> Task<'s> {
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             // A uniform prior acts as bounds.
             let density = declared.prior.filter(|of| !matches!(of, PriorDensity::Uniform { .. }));
-            density.map(|density| Prior::of(parameter, density))
+            density.map(|density| Prior::for_parameter(parameter, density))
         };
         let smooth = |of: &dgd_compiler::model::Smoothness| Prior {
             weights: of.weights.iter().map(|(i, weight)| (*i as usize, *weight)).collect(),

@@ -370,7 +370,7 @@ impl Linearised {
             let mut table = vec![["eliminated", "value", "unit", "by"].map(str::to_owned)];
             for (quantity, row) in &self.eliminated {
                 let [name, value, unit] = cells(quantity);
-                table.push([name, value, unit, self.signature.equations.at(*row).to_string()]);
+                table.push([name, value, unit, self.signature.equations.get(*row).to_string()]);
             }
             text.push('\n');
             push_table(text, &table);
@@ -474,7 +474,7 @@ impl Linearised {
         });
         let eliminated = self.eliminated.iter().map(|(quantity, row)| {
             let mut quantity = entry(quantity);
-            quantity["by"] = json!(self.signature.equations.at(*row));
+            quantity["by"] = json!(self.signature.equations.get(*row));
             quantity
         });
         let channels = self.channels.iter().zip(&self.system.channels).map(|(own, channel)| {

@@ -73,5 +73,5 @@ pub(crate) fn of_model(sources: &SourceMap) -> String {
     let texts = sources.iter().map(|source| source.text.as_str());
     // A byte that texts cannot contain separates them.
     let separated = texts.enumerate().flat_map(|(k, text)| [if k == 0 { "" } else { "\0" }, text]);
-    Sha256Digest::of(separated).to_string()
+    Sha256Digest::from_parts(separated).to_string()
 }

@@ -279,8 +279,8 @@ output T_s [degF] = T
 
     fn oven() -> Equations {
         let files = InMemory::default()
-            .with("oven.dgd", MODEL)
-            .with("run.csv", "time [min],q [kW],T_a [degC]\n0,1.5,20\n10,0,26\n");
+            .with_file("oven.dgd", MODEL)
+            .with_file("run.csv", "time [min],q [kW],T_a [degC]\n0,1.5,20\n10,0,26\n");
         let mut request = RunRequest::new("oven.dgd");
         request.data = Some("run.csv".into());
         let session = Session::new(&Silent).with_files(&files);
@@ -356,7 +356,7 @@ output T_s [degF] = T
         let message = short.expect_err("one number is missing").to_string();
         assert_eq!(message, "the model has 2 unknowns, and 1 are given");
         let text = "model m\nstate x [1] = 1\nequation e: der(x) = -delay(x, 1 [s]) / 1 [s]\n";
-        let files = InMemory::default().with("m.dgd", text);
+        let files = InMemory::default().with_file("m.dgd", text);
         let session = Session::new(&Silent).with_files(&files);
         let refused = equations(&RunRequest::new("m.dgd"), session).expect_err("it reads late");
         assert!(refused.to_string().contains("what was earlier"), "{refused}");

@@ -69,5 +69,5 @@ pub(crate) fn journal(
 fn owner(input: Digest) -> Digest {
     let program = std::env::current_exe().and_then(std::fs::read);
     let program = program.map(|bytes| Digest::EMPTY.bytes(&bytes).value()).ok();
-    input.of(&env!("CARGO_PKG_VERSION")).of(&program)
+    input.debug(&env!("CARGO_PKG_VERSION")).debug(&program)
 }

@@ -72,7 +72,7 @@ impl Recording {
         let wanted = known.wanted();
         let table = ReadOptions::default()
             .renamed(renames)
-            .of(&wanted)
+            .with_columns(&wanted)
             .read(session.files, path, sources, diagnostics)
             .ok()?;
         let read =

@@ -145,7 +145,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     let Some(left) = imbalance(&balance) else { return Vec::new() };
     let subject = Subject {
         unknown: signature.unknowns.name(row).to_string(),
-        equation: signature.equations.at(row).to_string(),
+        equation: signature.equations.get(row).to_string(),
         sensors,
         names,
     };

@@ -230,7 +230,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             return 0;
         }
         let n = self.problem.system.signature().past().first;
-        let before = &self.drive.at(self.t, self.y.as_ref())[..n];
+        let before = &self.drive.evaluate(self.t, self.y.as_ref())[..n];
         let jumps = before
             .iter()
             .zip(segment.u)

@@ -75,7 +75,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             }
         }
         let mut mass = self.algebraic.mass.clone();
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         let point = EvaluationPoint { t: self.t, y: &[], u, p, z: &self.discrete.schedule.z };
         system.mass(point, mass.as_mut());
         self.algebraic.enter_modes(mass.as_ref());

@@ -75,7 +75,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let mut jumping: Vec<usize> = Vec::new();
         for (position, delayed) in signature.delayed_inputs.iter().enumerate() {
             let (left, right) = (
-                self.drive.at(self.t, self.y.as_ref())[declared + position],
+                self.drive.evaluate(self.t, self.y.as_ref())[declared + position],
                 u[declared + position],
             );
             if (right - left).abs() > NO_JUMP * left.abs().max(right.abs()) {
@@ -135,7 +135,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
-        let (u, z) = (self.drive.at(self.t, self.y.as_ref()), self.discrete.z());
+        let (u, z) = (self.drive.evaluate(self.t, self.y.as_ref()), self.discrete.z());
         let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z };
         system.rhs(point, f.as_mut());
     }

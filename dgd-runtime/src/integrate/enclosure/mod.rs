@@ -318,7 +318,7 @@ impl Enclosures {
             TubeOperation::Add(a, b) => v[a].plus(v[b]),
             TubeOperation::Subtract(a, b) => v[a].minus(v[b]),
             TubeOperation::Multiply(a, b) => v[a].times(v[b]),
-            TubeOperation::Divide(a, b) => v[a].over(v[b]),
+            TubeOperation::Divide(a, b) => v[a].divide(v[b]),
             TubeOperation::Call(f, a) => f(v[a]),
             TubeOperation::Call2(f, a, b) => f(v[a], v[b]),
             TubeOperation::Curve(curve, a) => curve::along(curve, v[a]),

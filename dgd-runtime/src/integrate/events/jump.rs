@@ -116,7 +116,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             return;
         };
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let JumpWorkspace { kinds, numbers, rests, jacobian, .. } = jumps;
         system.jumps(point, numbers, rests, jacobian);

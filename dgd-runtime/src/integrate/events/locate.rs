@@ -140,7 +140,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let (mut low, mut high) = (0.0, h);
         self.discrete.high.copy_from_slice(&self.discrete.e);
         {
-            let u = self.drive.at(self.t, self.y.as_ref());
+            let u = self.drive.evaluate(self.t, self.y.as_ref());
             let point = EvaluationPoint {
                 t: self.t,
                 y: self.y.as_ref(),
@@ -226,7 +226,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
     pub(in crate::integrate) fn evaluate_at_end(&mut self, h: f64) {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + h;
-        let u = self.drive.at(t, self.stepper.y_new.as_ref());
+        let u = self.drive.evaluate(t, self.stepper.y_new.as_ref());
         let point = EvaluationPoint {
             t,
             y: self.stepper.y_new.as_ref(),

@@ -49,7 +49,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         }
         for (k, part) in [from, 0.5 * (from + to), to].into_iter().enumerate() {
             self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
-            let u = self.drive.at(self.t + part * h, self.row.as_ref());
+            let u = self.drive.evaluate(self.t + part * h, self.row.as_ref());
             let past = &mut self.discrete.past;
             for (value, at) in past.values[k].iter_mut().zip(&past.positions) {
                 *value = u[*at];

@@ -114,7 +114,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
     /// Solves for algebraic unknowns and pieces at a time, with the states in `y`.
     fn solve_pieces_at(&mut self, t: f64, y: &mut [f64]) -> Result<(), InitialError> {
         let Problem { system, p, .. } = *self.problem;
-        let point = AlgebraicPoint { t, u: self.drive.at(t, y), p, z: &[] };
+        let point = AlgebraicPoint { t, u: self.drive.evaluate(t, y), p, z: &[] };
         let weights = CorrectionWeights { sizes: self.sizes.as_ref(), tolerances: self.tolerances };
         self.algebraic.solve_pieces(
             system,
@@ -134,7 +134,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let point = EvaluationPoint {
             t,
             y,
-            u: self.drive.at(t, y),
+            u: self.drive.evaluate(t, y),
             p,
             z: self.discrete.schedule.z.as_slice(),
         };
@@ -178,7 +178,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let inputs = self.seen();
         let y = self.y.as_ref();
-        let u = self.drive.at(self.t, y);
+        let u = self.drive.evaluate(self.t, y);
         let point = EvaluationPoint { t: self.t, y, u, p, z: self.discrete.z() };
         let slopes = self.stepper.rhs.as_mut();
         system.rhs(point, slopes);

@@ -17,7 +17,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             return false;
         }
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
         select_states(system, point, &mut self.discrete.schedule.z, &mut self.discrete.e)
     }
@@ -27,7 +27,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         if S::FEATURES.events && self.select_states() {
             let Problem { system, p, .. } = *self.problem;
             let mut mass = self.algebraic.mass.clone();
-            let u = self.drive.at(self.t, self.y.as_ref());
+            let u = self.drive.evaluate(self.t, self.y.as_ref());
             let point = EvaluationPoint { t: self.t, y: &[], u, p, z: self.discrete.z() };
             system.mass(point, mass.as_mut());
             self.algebraic.enter_modes(mass.as_ref());

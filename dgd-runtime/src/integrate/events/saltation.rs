@@ -498,7 +498,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
     /// The diagonal of M in the current modes.
     fn take_mass(&mut self, mass: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         system.mass(EvaluationPoint { t: self.t, y: &[], u, p, z: self.discrete.z() }, mass);
     }
 

@@ -146,7 +146,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
         let t_new = self.t + h;
-        let u = self.drive.at(t_new, self.stepper.y_new.as_ref());
+        let u = self.drive.evaluate(t_new, self.stepper.y_new.as_ref());
         let point = EvaluationPoint { t: t_new, y: y_new, u, p, z: self.discrete.z() };
         system.rhs(point, self.row.as_mut());
         let pattern = &system.signature().jacobian;
@@ -214,7 +214,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
     /// The equation that does not determine its unknown at (t, y), where the stepper is linearised.
     pub(in crate::integrate) fn weak_equation(&mut self, t: f64, how: Weakness) -> Option<usize> {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(t, self.y.as_ref());
+        let u = self.drive.evaluate(t, self.y.as_ref());
         let point = EvaluationPoint { t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let work = self.projection.as_mut()?.jacobian.as_mut();
         let jacobian = self.stepper.jacobian.as_ref();
@@ -236,7 +236,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         solution: &mut Solution,
     ) {
         self.directions = None;
-        let equation = self.problem.system.signature().equations.at(row).to_string();
+        let equation = self.problem.system.signature().equations.get(row).to_string();
         let cause = UndefinedCause::Singular;
         solution.undefined.push(UndefinedSensitivity { from, until: from, equation, cause });
     }

@@ -117,7 +117,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             StepEnd::Start => self.y.as_ref(),
             StepEnd::End => self.stepper.y_new.as_ref(),
         };
-        let u = self.drive.at(t, y);
+        let u = self.drive.evaluate(t, y);
         high.fill(0.0);
         for i in 0..y.len() {
             let moved = self.row.as_mut();
@@ -183,7 +183,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
     /// Evaluates e at (t, y).
     pub(in crate::integrate) fn evaluate_events(&mut self) {
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         let point =
             EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
         system.event_functions(point, &mut self.discrete.e);
@@ -281,7 +281,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         let HybridState { e, schedule, .. } = &mut self.discrete;
         let before = schedule.z.clone();
         choose_start_modes(
@@ -304,7 +304,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
         choose_sides(system, point, &mut self.discrete.e, &mut self.discrete.schedule.z);
         let discrete = &system.signature().discrete;

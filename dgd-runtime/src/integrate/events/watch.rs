@@ -46,7 +46,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let point = EvaluationPoint {
             t: t_new,
             y: y_new,
-            u: self.drive.at(t_new, y_new),
+            u: self.drive.evaluate(t_new, y_new),
             p,
             z: &self.discrete.schedule.z,
         };
@@ -134,7 +134,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         for (k, part) in [middle - APART, middle, middle + APART].into_iter().enumerate() {
             self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
             let t = self.t + part * h;
-            let u = self.drive.at(t, self.row.as_ref());
+            let u = self.drive.evaluate(t, self.row.as_ref());
             let HybridState { schedule, around, .. } = &mut self.discrete;
             let point = EvaluationPoint { t, y: self.row.as_ref(), u, p, z: &schedule.z };
             system.event_functions(point, &mut around[k]);

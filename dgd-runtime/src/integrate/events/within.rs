@@ -51,7 +51,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let t = self.t + part * h;
         self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
-        let u = self.drive.at(t, self.row.as_ref());
+        let u = self.drive.evaluate(t, self.row.as_ref());
         let point = EvaluationPoint { t, y: self.row.as_ref(), u, p, z: self.discrete.z() };
         let correction = &mut self.stepper.rhs;
         system.rhs(point, correction.as_mut());

@@ -159,7 +159,7 @@ pub(super) fn lowest_order<S: SolvableSystem, C: CarriedState<S>>(
     let grid = StepGrid::new(sample_interval(simulation.problem.inputs, times), 1);
     taylor_up_to(2 * order(None, simulation.tolerances.rtol)).iter().find(|method| {
         let run = MeasuredRun::<S, C>::new(simulation, &times[..head(times)], grid);
-        let measured = run.with(FixedTaylor::new(system, method.order as usize, n_s));
+        let measured = run.run_with(FixedTaylor::new(system, method.order as usize, n_s));
         measured.is_ok_and(|measured| measured.largest <= SPARE * SPARE)
     })
 }
@@ -259,7 +259,7 @@ impl<'a, S: SolvableSystem, C: CarriedState<S>> MeasuredRun<'a, S, C> {
 impl<S: SolvableSystem, C: CarriedState<S>> FixedStepTask<S, C> for MeasuredRun<'_, S, C> {
     type Done = Result<RunErrors, IntegrateError>;
 
-    fn with<M: FixedStep<S, C>>(self, mut stepper: M) -> Self::Done {
+    fn run_with<M: FixedStep<S, C>>(self, mut stepper: M) -> Self::Done {
         let Self { problem, times, max_steps, watched, grid, mut start, mut gauge, method } = self;
         let Problem { system, p, inputs, .. } = problem;
         let course = RunSchedule { system, p, inputs, times, grid, max_steps, watched };

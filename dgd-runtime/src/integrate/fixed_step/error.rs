@@ -79,7 +79,7 @@ pub(crate) fn verify<S: SolvableSystem>(
                 None => Ok(()),
                 Some(row) => Err(PerSampleError::Algebraic {
                     method: method.name,
-                    equation: signature.equations.at(row).to_string(),
+                    equation: signature.equations.get(row).to_string(),
                 }),
             }
         }

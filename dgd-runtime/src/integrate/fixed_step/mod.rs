@@ -164,7 +164,7 @@ pub(crate) fn stream<S: SolvableSystem>(
 trait FixedStepTask<S: SolvableSystem, C: CarriedState<S>> {
     type Done;
 
-    fn with<M: FixedStep<S, C>>(self, method: M) -> Self::Done;
+    fn run_with<M: FixedStep<S, C>>(self, method: M) -> Self::Done;
 }
 
 /// Does a task with the method of this kind; [`verify`] has checked that there is one.
@@ -178,10 +178,10 @@ fn dispatch<S: SolvableSystem, C: CarriedState<S>, T: FixedStepTask<S, C>>(
     match kind {
         MethodKind::Explicit(RungeKuttaTableau {
             equal_steps: Some(EqualSteps::Tsit5), ..
-        }) => task.with(FixedTsit5::new(system)),
+        }) => task.run_with(FixedTsit5::new(system)),
         MethodKind::Taylor(asked) => {
             let n_s = if C::HAS_SENSITIVITIES { system.signature().directions.len() } else { 0 };
-            task.with(FixedTaylor::new(system, order(asked, rtol), n_s))
+            task.run_with(FixedTaylor::new(system, order(asked, rtol), n_s))
         }
         _ => unreachable!("only methods that make equal steps get here"),
     }
@@ -221,7 +221,7 @@ impl<S: SolvableSystem, C: CarriedState<S>, K: SampleSink> FixedStepTask<S, C>
 {
     type Done = Result<(), IntegrateError>;
 
-    fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
+    fn run_with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
         let Self { problem, times, max_steps, watched, mut count, mut start, sink } = self;
         let Problem { system, p, inputs, .. } = problem;
         let grid = StepGrid::new(sample_interval(inputs, times), count.n);
@@ -262,7 +262,7 @@ impl<'a, S: SolvableSystem, C: CarriedState<S>> WholeRun<'a, S, C> {
 impl<S: SolvableSystem, C: CarriedState<S>> FixedStepTask<S, C> for WholeRun<'_, S, C> {
     type Done = Result<(), IntegrateError>;
 
-    fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
+    fn run_with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
         let Self { problem, times, max_steps, watched, mut count, start, mut gauge, solution } =
             self;
         let Problem { system, p, inputs, .. } = problem;

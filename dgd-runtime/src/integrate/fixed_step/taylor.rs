@@ -44,7 +44,8 @@ impl<S: SolvableSystem, C: CarriedState<S>> FixedStep<S, C> for FixedTaylor<S> {
     #[inline(always)]
     fn step(&mut self, equations: SegmentModel<'_, S>, t: f64, h: f64, now: &C, next: &mut C) {
         let SegmentModel { system, p, inputs } = equations;
-        let point = EvaluationPoint { t, y: now.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        let point =
+            EvaluationPoint { t, y: now.y(), u: inputs.evaluate(t, self.u.as_mut()), p, z: &[] };
         self.expansion.compute(system, point, inputs.slope(), h, now.s());
         let (y, s) = next.parts_mut();
         self.expansion.sum(1.0, now.y(), y);
@@ -68,8 +69,13 @@ impl<S: SolvableSystem, C: CarriedState<S>> FixedStep<S, C> for FixedTaylor<S> {
         }
         let t = made.t + made.h;
         let SegmentModel { system, p, inputs } = equations;
-        let point =
-            EvaluationPoint { t, y: made.to.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        let point = EvaluationPoint {
+            t,
+            y: made.to.y(),
+            u: inputs.evaluate(t, self.u.as_mut()),
+            p,
+            z: &[],
+        };
         let slopes = YAndS { y: self.f.as_mut(), s: &mut self.g };
         self.expansion.add_defects(system, point, 1.0, made.to.s(), slopes, YAndS { y, s });
         0.0

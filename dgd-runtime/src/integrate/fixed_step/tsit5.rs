@@ -58,7 +58,8 @@ impl<S: SolvableSystem, C: CarriedState<S>> FixedTsit5<S, C> {
         now.advanced::<I>(h, &TABLEAU.a[I], &self.k, &mut self.stage);
         let SegmentModel { system, p, inputs } = equations;
         let t = t + TABLEAU.c[I] * h;
-        let point = EvaluationPoint { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        let point =
+            EvaluationPoint { t, y: &[], u: inputs.evaluate(t, self.u.as_mut()), p, z: &[] };
         self.stage.slopes(system, point, &mut self.k[I]);
     }
 
@@ -66,7 +67,8 @@ impl<S: SolvableSystem, C: CarriedState<S>> FixedTsit5<S, C> {
     #[inline(always)]
     fn slopes<const I: usize>(&mut self, equations: SegmentModel<'_, S>, t: f64, x: &C) {
         let SegmentModel { system, p, inputs } = equations;
-        let point = EvaluationPoint { t, y: &[], u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        let point =
+            EvaluationPoint { t, y: &[], u: inputs.evaluate(t, self.u.as_mut()), p, z: &[] };
         x.slopes(system, point, &mut self.k[I]);
     }
 

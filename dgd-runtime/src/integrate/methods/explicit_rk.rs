@@ -136,8 +136,13 @@ impl<S: SolvableSystem> Stepper<S> {
             let stage = if i == last { &mut self.y_new } else { &mut self.stage };
             extrapolate(y, h, earlier, &tableau.a[i], stage.as_mut());
             let t = t + tableau.c[i] * h;
-            let point =
-                EvaluationPoint { t, y: stage.as_ref(), u: drive.at(t, stage.as_ref()), p, z };
+            let point = EvaluationPoint {
+                t,
+                y: stage.as_ref(),
+                u: drive.evaluate(t, stage.as_ref()),
+                p,
+                z,
+            };
             match &mut directions {
                 None => system.rhs(point, rest[0].as_mut()),
                 Some(d) => {

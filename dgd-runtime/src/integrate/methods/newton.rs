@@ -145,7 +145,7 @@ impl<S: SolvableSystem> Stepper<S> {
             let point = EvaluationPoint {
                 t,
                 y: self.y_new.as_ref(),
-                u: drive.at(t, self.y_new.as_ref()),
+                u: drive.evaluate(t, self.y_new.as_ref()),
                 p: base.p,
                 z: base.z,
             };
@@ -195,7 +195,8 @@ impl<S: SolvableSystem> Stepper<S> {
         let StepTrial { base, .. } = *trial;
         let (y, known, mass) = (self.y_new.as_ref(), self.stage.as_ref(), base.mass.as_ref());
         let (left, terms) = (self.rhs.as_mut(), self.error.as_mut());
-        base.system.rhs(EvaluationPoint { t, y, u: drive.at(t, y), p: base.p, z: base.z }, left);
+        base.system
+            .rhs(EvaluationPoint { t, y, u: drive.evaluate(t, y), p: base.p, z: base.z }, left);
         statistics.evaluations += 1;
         subtract(left, c, mass, y, known);
         for (((terms, mass), y), known) in terms.iter_mut().zip(mass).zip(y).zip(known) {
@@ -241,7 +242,7 @@ impl<S: SolvableSystem> Stepper<S> {
             let point = EvaluationPoint {
                 t,
                 y: self.y_new.as_ref(),
-                u: drive.at(t, self.y_new.as_ref()),
+                u: drive.evaluate(t, self.y_new.as_ref()),
                 p: base.p,
                 z: base.z,
             };

@@ -473,7 +473,7 @@ fn end<'a, S: SolvableSystem>(
 ) -> EvaluationPoint<'a> {
     let StepBase { p, z, t, .. } = trial.base;
     let t = t + trial.h;
-    EvaluationPoint { t, y, u: drive.at(t, y), p, z }
+    EvaluationPoint { t, y, u: drive.evaluate(t, y), p, z }
 }
 
 /// Checks that a problem can be solved with Taylor series.

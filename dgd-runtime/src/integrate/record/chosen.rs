@@ -65,7 +65,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         if let Some(w) = &mut self.observed {
             let Problem { system, p, .. } = *self.problem;
             system.outputs(
-                EvaluationPoint { t, y, u: self.drive.at(t, y), p, z: self.discrete.z() },
+                EvaluationPoint { t, y, u: self.drive.evaluate(t, y), p, z: self.discrete.z() },
                 w,
             );
             solution.w.extend_from_slice(w);

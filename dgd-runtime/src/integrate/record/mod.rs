@@ -179,7 +179,7 @@ fn record_past<S: SolvableSystem>(
     solution: &mut Solution,
 ) {
     if S::FEATURES.past && solution.n_past > 0 {
-        let u = drive.at(t, y);
+        let u = drive.evaluate(t, y);
         solution.past.extend_from_slice(&u[u.len() - solution.n_past..]);
     }
 }

@@ -182,7 +182,7 @@ impl<S: SolvableSystem> Projection<S> {
         let mut corrections = Corrections::new(self.rate);
         loop {
             let f = self.f.as_mut();
-            system.rhs(EvaluationPoint { t, y, u: drive.at(t, y), p, z }, f);
+            system.rhs(EvaluationPoint { t, y, u: drive.evaluate(t, y), p, z }, f);
             algebraic.keep_algebraic(f);
             algebraic.factorisation.solve(f);
             let mut norm = 0.0;

@@ -52,7 +52,7 @@ pub fn consistent_start<S: SolvableSystem>(
     let mut y = S::Vector::zeros(n);
     let mut z = discrete_numbers(system, problem.p, t);
     let mut u = S::Inputs::zeros(signature.n_u());
-    u.as_mut().copy_from_slice(drive.at(t, y.as_ref()));
+    u.as_mut().copy_from_slice(drive.evaluate(t, y.as_ref()));
     let point = EvaluationPoint { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, point, y.as_mut()).map_err(IntegrateError::Initial)?;
     S::find_start(problem, t, options, y.as_mut(), None).map_err(IntegrateError::Initial)?;

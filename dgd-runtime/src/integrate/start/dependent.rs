@@ -144,7 +144,7 @@ fn at_a_point<S: SolvableSystem>(
     let mut matrix = SquareMatrix::new(algebraic.len());
     signature.jacobian.for_each(jacobian.as_ref(), |row, column, value| {
         if let (Some(row), Some(k)) = (place[row], place[column]) {
-            *matrix.at(row, k) += value * sizes[column];
+            *matrix.entry(row, k) += value * sizes[column];
         }
     });
     if !matrix.is_finite() {
@@ -173,7 +173,7 @@ impl SquareMatrix {
         Self { n, values: vec![0.0; n * n] }
     }
 
-    fn at(&mut self, row: usize, column: usize) -> &mut f64 {
+    fn entry(&mut self, row: usize, column: usize) -> &mut f64 {
         &mut self.values[row * self.n + column]
     }
 

@@ -55,14 +55,14 @@ pub(crate) fn start_by_equations<S: SolvableSystem>(
     let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
     let mut drive = InputCursor::new(&read, segment, t, 0, tolerances);
     let mut start = vec![0.0; y.len()];
-    let point = EvaluationPoint { t, y: &[], u: drive.at(t, &start), p, z: &[] };
+    let point = EvaluationPoint { t, y: &[], u: drive.evaluate(t, &start), p, z: &[] };
     start_values(problem, point, &mut start)?;
     // Active equations may depend on modes, and these on the start values found.
     let mut before: Option<Vec<f64>> = None;
     for _ in 0..MOST_CHOICES {
         let mut z = discrete_numbers(system, p, t);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
-        let point = EvaluationPoint { t, y: &start, u: drive.at(t, &start), p, z: &[] };
+        let point = EvaluationPoint { t, y: &start, u: drive.evaluate(t, &start), p, z: &[] };
         choose_start_modes(system, point, &mut e, &mut z);
         choose_sides(system, point, &mut e, &mut z);
         let mut search = StartSearch::new(problem, &mut drive, t, &z);
@@ -108,7 +108,7 @@ impl<'a, 'b, S: SolvableSystem> StartSearch<'a, 'b, S> {
         let n = signature.unknowns.len();
         let mut mass = vec![0.0; n];
         let nothing = vec![0.0; n];
-        let point = EvaluationPoint { t, y: &[], u: drive.at(t, &nothing), p: problem.p, z };
+        let point = EvaluationPoint { t, y: &[], u: drive.evaluate(t, &nothing), p: problem.p, z };
         problem.system.mass(point, &mut mass);
         let states = signature.start_equations.iter().map(|equation| equation.unknown);
         let algebraic = (0..n).filter(|i| mass[*i] == 0.0);
@@ -164,7 +164,7 @@ impl<'a, 'b, S: SolvableSystem> StartSearch<'a, 'b, S> {
         let point = EvaluationPoint {
             t: self.t,
             y: &[],
-            u: self.drive.at(self.t, y),
+            u: self.drive.evaluate(self.t, y),
             p: self.problem.p,
             z: self.z,
         };
@@ -177,7 +177,7 @@ impl<'a, 'b, S: SolvableSystem> StartSearch<'a, 'b, S> {
         let point = EvaluationPoint {
             t: self.t,
             y,
-            u: self.drive.at(self.t, y),
+            u: self.drive.evaluate(self.t, y),
             p: self.problem.p,
             z: self.z,
         };
@@ -213,7 +213,7 @@ impl<'a, 'b, S: SolvableSystem> StartSearch<'a, 'b, S> {
     /// Residuals of start equations and algebraic equations; `None` if they are not finite.
     fn residuals(&mut self, y: &[f64]) -> Option<DVector<f64>> {
         let (p, z, t) = (self.problem.p, self.z, self.t);
-        let point = EvaluationPoint { t, y, u: self.drive.at(t, y), p, z };
+        let point = EvaluationPoint { t, y, u: self.drive.evaluate(t, y), p, z };
         let (mut rest, mut f) = (vec![0.0; self.count], vec![0.0; y.len()]);
         self.problem.system.start_equations(point, &mut rest);
         self.problem.system.rhs(point, &mut f);
@@ -228,7 +228,7 @@ impl<'a, 'b, S: SolvableSystem> StartSearch<'a, 'b, S> {
         let (n, n_s) = (y.len(), signature.directions.len());
         let left = self.residuals(y).ok_or("an equation is not finite there")?;
         let (p, z, t) = (self.problem.p, self.z, self.t);
-        let point = EvaluationPoint { t, y, u: self.drive.at(t, y), p, z };
+        let point = EvaluationPoint { t, y, u: self.drive.evaluate(t, y), p, z };
         let (none, mut drest) = (vec![0.0; n * n_s], vec![0.0; self.count * n_s]);
         let mut drestdy = vec![0.0; self.count * n];
         self.problem.system.start_equation_sensitivities(point, &none, &mut drest, &mut drestdy);

@@ -61,7 +61,7 @@ pub fn start_from_outputs<S: SolvableSystem>(
     let mut w = vec![0.0; signature.outputs.len()];
     for _ in 0..MOST_ITERATIONS {
         let ConsistentStart { y, z, .. } = &consistent;
-        let point = EvaluationPoint { t, y, u: drive.at(t, y), p: problem.p, z };
+        let point = EvaluationPoint { t, y, u: drive.evaluate(t, y), p: problem.p, z };
         let mut mass = vec![0.0; n];
         system.mass(point, &mut mass);
         let (differential, algebraic): (Vec<usize>, Vec<usize>) =

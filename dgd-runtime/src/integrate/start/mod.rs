@@ -29,7 +29,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
     pub(super) fn start(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         let n = self.y.as_ref().len();
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         let point = EvaluationPoint { t: self.t, y: &[], u, p, z: self.discrete.z() };
         start_values(self.problem, point, self.y.as_mut()).map_err(IntegrateError::Initial)?;
         let is_found = self.resumed.is_none() && system.signature().start_is_found();
@@ -169,7 +169,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         if let Some(row) = singular {
             self.end_sensitivities(self.t, row, solution);
         } else {
-            let u = self.drive.at(self.t, self.y.as_ref());
+            let u = self.drive.evaluate(self.t, self.y.as_ref());
             let point =
                 EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());
@@ -188,7 +188,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         }
         for _ in 0..MOST_CORRECTIONS {
             let Some(d) = &mut self.directions else { return };
-            let u = self.drive.at(self.t, self.y.as_ref());
+            let u = self.drive.evaluate(self.t, self.y.as_ref());
             let point =
                 EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
             let (s, g) = (d.s.as_mut(), d.g.as_mut());

@@ -13,7 +13,7 @@ use crate::system::EvaluationPoint;
 
 impl<S: SolvableSystem> Simulation<'_, S> {
     pub(in crate::integrate) fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
-        let equation = self.problem.system.signature().equations.at(row).to_string();
+        let equation = self.problem.system.signature().equations.get(row).to_string();
         IntegrateError::SingularIteration { t: self.t, h, equation }
     }
 
@@ -61,7 +61,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let z = self.discrete.z().to_vec();
         let mut evaluate = |t: f64, y: &[f64]| {
             let mut e = vec![0.0; n_e];
-            let point = EvaluationPoint { t, y, u: self.drive.at(t, y), p, z: &z };
+            let point = EvaluationPoint { t, y, u: self.drive.evaluate(t, y), p, z: &z };
             system.event_functions(point, &mut e);
             e
         };
@@ -97,9 +97,9 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         };
         let Problem { system, p, .. } = *self.problem;
         let signature = system.signature();
-        let equation = signature.equations.at(row).to_string();
+        let equation = signature.equations.get(row).to_string();
         let unknown = signature.unknowns.name(row).to_string();
-        let u = self.drive.at(self.t, self.y.as_ref());
+        let u = self.drive.evaluate(self.t, self.y.as_ref());
         let point = EvaluationPoint { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let values = readings(system, point, row);
         let end = domain_end(system, point, row, self.sizes.as_ref()).map(Box::new);
@@ -127,12 +127,12 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         let rows = masses.filter(|(_, mass)| **mass == 0.0).map(|(row, _)| row);
         let automata = &signature.discrete.automata;
         let slides = |row: usize| {
-            let name = signature.equations.at(row).to_string();
+            let name = signature.equations.get(row).to_string();
             automata.iter().any(|automaton| automaton.kind.has_surface() && *automaton.name == name)
         };
         // Declarations of the model itself come first.
         let row = rows.min_by_key(|row| slides(*row)).unwrap_or(0);
-        let (equation, slides) = (signature.equations.at(row).to_string(), slides(row));
+        let (equation, slides) = (signature.equations.get(row).to_string(), slides(row));
         IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, equation, slides }
     }
 }

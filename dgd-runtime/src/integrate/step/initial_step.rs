@@ -58,7 +58,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
 
         let slope = &mut self.stepper.f;
         let slope_new = &mut self.stepper.y_new;
-        let u = self.drive.at(self.t, y);
+        let u = self.drive.evaluate(self.t, y);
         let z = self.discrete.z();
         let point = EvaluationPoint { t: self.t, y, u, p, z };
         let (mut d0, mut d1) = (size(y), 0.0_f64);
@@ -86,7 +86,7 @@ impl<S: SolvableSystem> Simulation<'_, S> {
         for ((euler, y), slope) in euler.iter_mut().zip(y).zip(slope.as_ref()) {
             *euler = y + h0 * slope;
         }
-        let u = self.drive.at(self.t + h0, euler);
+        let u = self.drive.evaluate(self.t + h0, euler);
         let point = EvaluationPoint { t: self.t + h0, y: euler, u, p, z };
         let mut change = 0.0_f64;
         if let Some(d) = &mut self.directions {

@@ -297,7 +297,7 @@ fn gain_unit(output: &Unit, input: &Unit) -> String {
     if parse_unit(&quotient).is_ok() {
         return quotient;
     }
-    let dimension = output.dimension.over(input.dimension);
+    let dimension = output.dimension.divide(input.dimension);
     dimension.map_or_else(|| "1".to_owned(), describe)
 }
 

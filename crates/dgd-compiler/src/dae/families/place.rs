@@ -20,7 +20,10 @@ pub(in crate::dae) struct RowOrigins {
 }
 
 impl RowOrigins {
-    pub(in crate::dae) fn of(model: &Model, transferred: &TransferredModel<'_>) -> RowOrigins {
+    pub(in crate::dae) fn from_model(
+        model: &Model,
+        transferred: &TransferredModel<'_>,
+    ) -> RowOrigins {
         let single = transferred.equations.len() - model.families.len();
         let equations = transferred.equations.iter().enumerate().map(|(e, equation)| {
             let lower = e.checked_sub(single).map(|f| model.families[f].lower);

@@ -66,7 +66,7 @@ impl TimeAffineMap {
         Self { lines: HashMap::with_capacity_and_hasher(n, <_>::default()), first }
     }
 
-    pub(in crate::dae) fn of(&self, id: ExprId) -> Option<TimeAffine> {
+    pub(in crate::dae) fn affine(&self, id: ExprId) -> Option<TimeAffine> {
         self.lines.get(&id).copied()
     }
 
@@ -97,7 +97,7 @@ impl TimeAffineMap {
             _ => {}
         }
         let operands: Vec<TimeAffine> =
-            node.operands().map(|operand| self.of(operand)).collect::<Option<_>>()?;
+            node.operands().map(|operand| self.affine(operand)).collect::<Option<_>>()?;
         if operands.iter().all(|operand| operand.beta.is_none()) {
             let unchanged = node.operands().zip(&operands).all(|(id, line)| id == line.alpha);
             let alpha = if unchanged {

@@ -33,7 +33,7 @@ pub(in crate::dae) fn time_conditions(
     for (id, node) in nodes {
         let position = u32::try_from(first + conditions.len()).unwrap_or(u32::MAX);
         if let Node::Compare(comparison, a, b) = node
-            && let (Some(a), Some(b)) = (lines.of(a), lines.of(b))
+            && let (Some(a), Some(b)) = (lines.affine(a), lines.affine(b))
             && (a.beta.is_some() || b.beta.is_some())
         {
             let number = graph.symbol(Symbol::Discrete(position));
@@ -53,7 +53,7 @@ pub(in crate::dae) fn time_conditions(
             lines.insert(id, TimeAffine { alpha: holds, beta: None });
         } else if let Node::Call1(function, x) = node
             && function.get().name == "floor"
-            && let Some(line) = lines.of(x)
+            && let Some(line) = lines.affine(x)
             && line.beta.is_some()
         {
             let (times, clock) = ticks(graph, line, conditions.len(), Vec::new());

@@ -78,7 +78,7 @@ impl ModeSystems {
             let systems = self.systems_of(part).iter();
             let rules: Vec<JumpRule> = systems
                 .map(|system| {
-                    let rule = ImpulseSystem::of(graph, &system.reduced).rule(
+                    let rule = ImpulseSystem::from_reduced(graph, &system.reduced).rule(
                         graph,
                         &read_outside,
                         &bounded,
@@ -100,7 +100,7 @@ impl ModeSystems {
         }
         let systems = |part: usize| self.systems_of(part).iter().map(|system| &system.reduced);
         for part in 0..self.parts.len() {
-            let instants = systems(part).map(|reduced| ImpulseSystem::of(graph, reduced));
+            let instants = systems(part).map(|reduced| ImpulseSystem::from_reduced(graph, reduced));
             let impulsive: BTreeSet<u32> = instants.flat_map(|instant| instant.impulsive).collect();
             if impulsive.is_empty() {
                 continue;
@@ -206,7 +206,7 @@ struct ImpulseSystem<'a> {
 }
 
 impl<'a> ImpulseSystem<'a> {
-    fn of(graph: &ExprGraph, reduced: &'a ReducedSystem) -> Self {
+    fn from_reduced(graph: &ExprGraph, reduced: &'a ReducedSystem) -> Self {
         let position: BTreeMap<u32, usize> =
             reduced.unknowns.iter().enumerate().map(|(column, i)| (*i, column)).collect();
         let incidence: Vec<Vec<usize>> = reduced

@@ -75,10 +75,10 @@ impl ModeSystems {
         diagnostics: &mut Diagnostics,
     ) -> Result<ModeSystems, ErrorReported> {
         let histories = std::mem::take(&mut transferred.histories);
-        let typical = TypicalValues::of(model, graph, &transferred.starts);
+        let typical = TypicalValues::from_model(model, graph, &transferred.starts);
         let last = transferred.equations.len() - model.families.len();
         let equations: BTreeSet<usize> = (0..last).filter(|e| !taken.contains(e)).collect();
-        let all_modes = ModeCombinations::of(model, 0..model.automata.len());
+        let all_modes = ModeCombinations::enumerate(model, 0..model.automata.len());
         let is_whole = all_modes.is_some_and(|modes| modes.len() <= TOGETHER);
         let mut partition = if is_whole {
             Partition::whole(model, equations)
@@ -99,7 +99,8 @@ impl ModeSystems {
             let mut joins = BTreeSet::new();
             let (mut parts, mut explicit) = (Vec::new(), Vec::new());
             for (position, part) in partition.parts.iter().enumerate() {
-                let Some(combinations) = ModeCombinations::of(model, part.automata.iter().copied())
+                let Some(combinations) =
+                    ModeCombinations::enumerate(model, part.automata.iter().copied())
                 else {
                     return Err(ModeCombinations::too_many(model, diagnostics));
                 };

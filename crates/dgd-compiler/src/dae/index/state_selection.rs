@@ -27,7 +27,7 @@ pub(in crate::dae) struct StateSelections {
 }
 
 impl StateSelections {
-    pub(in crate::dae) fn of(systems: &[ExplicitSystem]) -> Self {
+    pub(in crate::dae) fn from_systems(systems: &[ExplicitSystem]) -> Self {
         let mut selections = StateSelections::default();
         for system in systems {
             let of_blocks = system.blocks.iter().map(|block| {

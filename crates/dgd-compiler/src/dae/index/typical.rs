@@ -11,7 +11,7 @@ pub(super) struct TypicalValues {
 }
 
 impl TypicalValues {
-    pub(super) fn of(model: &Model, graph: &ExprGraph, starts: &[ExprId]) -> Self {
+    pub(super) fn from_model(model: &Model, graph: &ExprGraph, starts: &[ExprId]) -> Self {
         let parameters = model.parameters.iter().map(|parameter| parameter.value).collect();
         let mut typical = TypicalValues { parameters, starts: Vec::new() };
         let values = starts.iter().map(|start| graph.evaluate(*start, &|s| typical.value(s)));

@@ -28,7 +28,7 @@ struct WrittenElement<'a> {
 }
 
 impl<'a> WrittenElement<'a> {
-    fn of(array: &'a Expr, index: &'a Expr) -> Self {
+    fn new(array: &'a Expr, index: &'a Expr) -> Self {
         let mut written = WrittenElement { array, indices: vec![index] };
         while let ExprKind::Element(array, index) = &written.array.kind {
             written.indices.insert(0, index);
@@ -102,7 +102,7 @@ impl<'a> ExprLowering<'a> {
         arguments: &OpenArguments<'a>,
         diagnostics: &mut Diagnostics,
     ) -> Result<TypedExpr, ErrorReported> {
-        let written = WrittenElement::of(array, index);
+        let written = WrittenElement::new(array, index);
         let indices = self.whole_indices(&written.indices, diagnostics)?;
         let span = written.array.span;
         let not_an_array = |what: String| {
@@ -225,7 +225,7 @@ impl<'a> ExprLowering<'a> {
             (true, true) => Symbol::SweptRate(position),
         };
         let unit =
-            if is_rate { unit.over(self.scope.second).unwrap_or(Dimension::ONE) } else { unit };
+            if is_rate { unit.divide(self.scope.second).unwrap_or(Dimension::ONE) } else { unit };
         TypedExpr { id: self.graph.symbol(symbol), dim: ExprDimension::Of(unit) }
     }
 

@@ -57,7 +57,7 @@ impl<'a> ExprLowering<'a> {
                 UnitSpelling::product(total.dim, term.dim, false, reduction.body.span)
             } else {
                 let span = reduction.body.span;
-                self.scope.spelling.same("add", total.at(span), term.at(span))
+                self.scope.spelling.same("add", total.locate(span), term.locate(span))
             };
             let dim = dim.map_err(|diagnostic| diagnostics.error(diagnostic))?;
             let id = match reduction.kind {

@@ -102,7 +102,7 @@ pub(in crate::model) fn whole(
                 let operand = whole(operand, sizes, indices, diagnostics)?;
                 product = product.and_then(|product| match factor {
                     FactorSide::Times => product.times(operand),
-                    FactorSide::Over => product.over(operand),
+                    FactorSide::Over => product.divide(operand),
                 });
             }
             product
@@ -134,7 +134,7 @@ impl AffineInteger {
             .map(|(at, slope)| AffineInteger { at, slope })
     }
 
-    fn over(self, other: AffineInteger) -> Option<AffineInteger> {
+    fn divide(self, other: AffineInteger) -> Option<AffineInteger> {
         let exact = other.slope == 0
             && other.at != 0
             && self.at % other.at == 0

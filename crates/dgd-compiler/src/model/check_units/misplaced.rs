@@ -30,7 +30,7 @@ pub(in crate::model) fn unit_of_declaration(
     }
     let Some(unit) = unit else {
         let message = format!("the unit of `{}` belongs behind its name", name.text);
-        let moved = FixEdit::behind(name.span, format!(" [{}]", behind.text));
+        let moved = FixEdit::insert_after(name.span, format!(" [{}]", behind.text));
         let gone = FixEdit::replace(Span { start: value, ..behind.span }, "");
         diagnostics.error(
             Diagnostic::new(Code::UnitsOfSides, behind.span, message)
@@ -82,7 +82,7 @@ pub(in crate::model) fn quotient_for_derivative(
             .names
             .get(numerator)
             .is_some_and(|entry| matches!(entry.definition, NameDefinition::Unknown { .. }));
-        let span = above.span.to(below.span);
+        let span = above.span.join(below.span);
         is_unknown.then(|| {
             let message = format!("a derivative is written `der({numerator})`");
             let fix = Fix::safe(vec![FixEdit::replace(span, format!("der({numerator})"))]);

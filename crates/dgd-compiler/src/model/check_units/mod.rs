@@ -32,7 +32,7 @@ impl ExprDimension {
     }
 
     /// The common dimension of two, if they agree.
-    pub(super) fn with(self, other: ExprDimension) -> Option<ExprDimension> {
+    pub(super) fn unify(self, other: ExprDimension) -> Option<ExprDimension> {
         match (self, other) {
             (ExprDimension::Zero, any) | (any, ExprDimension::Zero) => Some(any),
             (a, b) => (a == b).then_some(a),
@@ -93,7 +93,7 @@ impl UnitSpelling {
         one: LocatedDimension,
         other: LocatedDimension,
     ) -> Result<ExprDimension, Diagnostic> {
-        one.dim.with(other.dim).ok_or_else(|| {
+        one.dim.unify(other.dim).ok_or_else(|| {
             let (a, b) = (one.dim.dimension(), other.dim.dimension());
             let message = format!("cannot {doing} {} and {}", self.named(a), self.named(b));
             Diagnostic::new(Code::IncompatibleUnits, other.span, message)
@@ -115,7 +115,7 @@ impl UnitSpelling {
             (_, ExprDimension::Zero) if !over => return Ok(ExprDimension::Zero),
             (ExprDimension::Of(a), b) => (a, b.dimension()),
         };
-        let result = if over { a.over(b) } else { a.times(b) };
+        let result = if over { a.divide(b) } else { a.times(b) };
         result.map(ExprDimension::Of).ok_or_else(|| too_large(span))
     }
 

@@ -57,6 +57,6 @@ fn rate_of(unit: &Unit) -> Result<Unit, String> {
     let differences = unit.of_differences();
     let second = parse_unit("s^(1/2)").map_err(|_| "s^(1/2)".to_owned())?.dimension;
     let symbol = format!("{}/s^(1/2)", differences.symbol);
-    let dimension = differences.dimension.over(second).ok_or_else(|| symbol.clone())?;
+    let dimension = differences.dimension.divide(second).ok_or_else(|| symbol.clone())?;
     Ok(Unit { symbol, dimension, ..differences })
 }

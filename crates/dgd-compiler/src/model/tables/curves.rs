@@ -261,7 +261,7 @@ impl<'a> CurveMaker<'a> {
         };
         let ends = [knots[0], knots[n - 1]];
         let limit = (self.beyond == TableExtrapolation::Refuse).then(|| self.limit(axis, ends));
-        CurveId::of(TableCurve { name, curve, smooth, kinks, ends, limit })
+        CurveId::store(TableCurve { name, curve, smooth, kinks, ends, limit })
     }
 
     /// The message when the argument leaves the table.

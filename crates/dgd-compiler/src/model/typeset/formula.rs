@@ -238,7 +238,8 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<DocumentedLine>) {
     };
     match &item.kind {
         ItemKind::Output { name, value: Some(value), .. } => {
-            let (left, right) = (Formula::Symbol(MathSymbol::of(&name.text)), expression(value));
+            let (left, right) =
+                (Formula::Symbol(MathSymbol::from_name(&name.text)), expression(value));
             push(FormulaLine::Equation { left, right, label: None });
         }
         ItemKind::Function { name, arguments, lets, body } => {
@@ -300,7 +301,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<DocumentedLine>) {
 /// An index with its first and last value.
 fn ends_of(counter: &LoopCounter) -> [Formula; 3] {
     let LoopCounter { index, range } = counter;
-    let symbol = Formula::Symbol(MathSymbol::of(&index.text));
+    let symbol = Formula::Symbol(MathSymbol::from_name(&index.text));
     [symbol, expression(&range.lower), expression(&range.upper)]
 }
 
@@ -323,7 +324,7 @@ fn indexed(of: Formula, indices: &[&Expr]) -> Formula {
 
 /// An element of an array, or a name without indices.
 fn element_named(name: &Name, indices: &[Expr]) -> Formula {
-    let name = Formula::Symbol(MathSymbol::of(&name.text));
+    let name = Formula::Symbol(MathSymbol::from_name(&name.text));
     if indices.is_empty() { name } else { indexed(name, &indices.iter().collect::<Vec<_>>()) }
 }
 
@@ -394,7 +395,7 @@ fn occasion(conditions: &[ast::CrossingCondition]) -> TransitionOccasion {
 
 /// The left side of the definition of a function or a table.
 fn called(name: &Name, arguments: &[FormalArgument]) -> Formula {
-    let symbol = |name: &Name| Formula::Symbol(MathSymbol::of(&name.text));
+    let symbol = |name: &Name| Formula::Symbol(MathSymbol::from_name(&name.text));
     let arguments = separated(arguments.iter().map(|a| symbol(&a.name)), MathOperator::Comma);
     Formula::Row(vec![symbol(name), Formula::Fenced(Fence::Arguments, Box::new(arguments))])
 }
@@ -444,7 +445,7 @@ fn with_lets(body: &Expr, lets: &[ast::LocalLet]) -> Formula {
         } else {
             Formula::Operator(MathOperator::Comma)
         });
-        row.push(Formula::Symbol(MathSymbol::of(&local.name.text)));
+        row.push(Formula::Symbol(MathSymbol::from_name(&local.name.text)));
         row.push(Formula::Operator(MathOperator::Equal));
         row.push(expression(&local.value));
     }
@@ -467,7 +468,7 @@ fn resets_of(resets: &[ast::ResetClause]) -> Vec<(Formula, Formula)> {
 impl MathSymbol {
     /// Splits a name at its underscores and before the digits of its first part; the name of the part that owns it
     /// comes last.
-    pub fn of(name: &str) -> MathSymbol {
+    pub fn from_name(name: &str) -> MathSymbol {
         let (whole, name) = match name.rsplit_once('.') {
             Some((whole, name)) => (Some(whole), name),
             None => (None, name),
@@ -531,8 +532,8 @@ pub(super) fn expression(expr: &Expr) -> Formula {
             };
             Formula::Number { digits, exponent, unit: unit.as_ref().map(|unit| unit.text.clone()) }
         }
-        ExprKind::Name(name) if name == "time" => Formula::Symbol(MathSymbol::of("t")),
-        ExprKind::Name(name) => Formula::Symbol(MathSymbol::of(name)),
+        ExprKind::Name(name) if name == "time" => Formula::Symbol(MathSymbol::from_name("t")),
+        ExprKind::Name(name) => Formula::Symbol(MathSymbol::from_name(name)),
         ExprKind::Call { function, arguments } => call(&function.text, arguments),
         ExprKind::Element(array, index) => {
             let (array, indices) = element(array, index);
@@ -655,14 +656,14 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
     let list = separated(arguments.iter().map(expression), MathOperator::Comma);
     let name = match (function, arguments) {
         ("der", [Expr { kind: ExprKind::Name(name), .. }]) => {
-            return Formula::Dot(MathSymbol::of(name));
+            return Formula::Dot(MathSymbol::from_name(name));
         }
         ("der", [Expr { kind: ExprKind::Element(array, index), .. }])
             if matches!(element(array, index).0.kind, ExprKind::Name(_)) =>
         {
             let (array, indices) = element(array, index);
             let ExprKind::Name(name) = &array.kind else { unreachable!("asked above") };
-            return indexed(Formula::Dot(MathSymbol::of(name)), &indices);
+            return indexed(Formula::Dot(MathSymbol::from_name(name)), &indices);
         }
         ("delay", [x, tau]) => return delayed(x, tau),
         ("sqrt", _) => return Formula::Root(Box::new(list)),
@@ -671,7 +672,7 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
         ("ceil", [_]) => return Formula::Fenced(Fence::Ceiling, Box::new(list)),
         _ => match WELL_KNOWN.iter().find(|(spelling, ..)| *spelling == function) {
             Some((_, name, foot)) => Formula::Function(name, *foot),
-            None => Formula::Symbol(MathSymbol::of(function)),
+            None => Formula::Symbol(MathSymbol::from_name(function)),
         },
     };
     Formula::Row(vec![name, round(list)])
@@ -685,7 +686,7 @@ fn delayed(x: &Expr, tau: &Expr) -> Formula {
         _ => round(expression(x)),
     };
     let lag = if is_sum(tau) { round(expression(tau)) } else { expression(tau) };
-    let t = Formula::Symbol(MathSymbol::of("t"));
+    let t = Formula::Symbol(MathSymbol::from_name("t"));
     Formula::Row(vec![
         base,
         round(Formula::Row(vec![t, Formula::Operator(MathOperator::Minus), lag])),

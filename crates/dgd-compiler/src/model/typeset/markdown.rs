@@ -317,7 +317,7 @@ fn push_table(text: &mut String, rows: &[Vec<String>]) {
 }
 
 fn symbol(name: &str) -> String {
-    inline(&Formula::Symbol(MathSymbol::of(name)))
+    inline(&Formula::Symbol(MathSymbol::from_name(name)))
 }
 
 fn math(expr: &Expr) -> String {

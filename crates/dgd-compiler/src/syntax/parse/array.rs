@@ -302,7 +302,7 @@ impl<'a> ItemReader<'a, '_> {
     ) -> Option<Item> {
         let first = line.first()?;
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
-        let span = self.span(*first).to(self.span(*last));
+        let span = self.span(*first).join(self.span(*last));
         let keyword = first.text(self.text);
         let is_binding = line.get(1).is_some_and(|second| second.kind == TokenKind::Dot);
         let second = line.get(1).map_or("", |second| second.text(self.text));

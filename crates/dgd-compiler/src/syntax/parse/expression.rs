@@ -185,7 +185,7 @@ impl PendingNode {
             PendingNode::Negate(span) => (span, ExprKind::Negate(Box::new(last))),
             PendingNode::Power(base) => (base.span, ExprKind::Power(base, Box::new(last))),
         };
-        Expr { span: start.to(end), kind }
+        Expr { span: start.join(end), kind }
     }
 }
 
@@ -267,7 +267,7 @@ fn pend<'a>(
     {
         return rest.wrong(
             Diagnostic::new(Code::UnreadableComparison, rest.span(), "comparisons do not chain")
-                .label(first.span.to(left.span), "this is a comparison already")
+                .label(first.span.join(left.span), "this is a comparison already")
                 .help("join two comparisons: `a < b and b < c`"),
         );
     }

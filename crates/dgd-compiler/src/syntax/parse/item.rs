@@ -83,7 +83,7 @@ fn no_item(input: Tokens<'_>) -> Diagnostic {
             .help(format!("write `{element}{behind}`"));
     }
     if input.second() == Some(TokenKind::Colon) && input.left_has(TokenKind::Equal) {
-        let fix = Fix::safe(vec![FixEdit::before(input.span(), "equation ".to_owned())]);
+        let fix = Fix::safe(vec![FixEdit::insert_before(input.span(), "equation ".to_owned())]);
         return wrong("an equation begins with `equation`".to_owned()).fix(fix);
     }
     match (input.first(), input.second()) {

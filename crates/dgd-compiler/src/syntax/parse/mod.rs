@@ -92,7 +92,7 @@ fn read(source: SourceId, sources: &SourceMap) -> (Ast, Vec<UnsoundItem>, Diagno
         .collect();
 
     let mut reader = ItemReader::new(source, text, &mut problems);
-    reader.declared = TokenDeclarations::of(&tokens, text);
+    reader.declared = TokenDeclarations::collect(&tokens, text);
     reader.unclosed = unclosed(&tokens);
     let items = reader.items(&tokens, 0);
     let (model, effect, holes) = (reader.model, reader.effect, reader.holes);
@@ -225,7 +225,7 @@ impl<'a, 'd> ItemReader<'a, 'd> {
             }
         };
         let last = statement.iter().rfind(|token| token.kind != TokenKind::Doc)?;
-        let span = self.span(*first).to(self.span(*last));
+        let span = self.span(*first).join(self.span(*last));
         Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
     }
 

@@ -125,7 +125,7 @@ impl<'a> ItemReader<'a, '_> {
         let (_, (from, to, conditions)) = self.report(head_of_transition(input))?;
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, &mut docs)? };
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
-        let span = self.span(*line.first()?).to(self.span(*last));
+        let span = self.span(*line.first()?).join(self.span(*last));
         let doc = self.doc_lines(&docs);
         Some(TransitionClause { span, doc, from, to, conditions, resets })
     }
@@ -288,7 +288,7 @@ fn condition(input: Tokens<'_>) -> ParseResult<'_, CrossingCondition> {
 fn reset(input: Tokens<'_>) -> ParseResult<'_, ResetClause> {
     if input.first_text() != "reset" && input.second() == Some(TokenKind::Equal) {
         let message = "a new value begins with `reset`";
-        let fix = Fix::safe(vec![FixEdit::before(input.span(), "reset ".to_owned())]);
+        let fix = Fix::safe(vec![FixEdit::insert_before(input.span(), "reset ".to_owned())]);
         return input.wrong(Diagnostic::new(Code::UnexpectedToken, input.span(), message).fix(fix));
     }
     let keyword = word("reset", "`reset NAME = …`");

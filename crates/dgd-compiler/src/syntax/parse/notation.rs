@@ -21,7 +21,7 @@ pub(super) struct TokenDeclarations<'a> {
 
 impl<'a> TokenDeclarations<'a> {
     /// The names declared by all tokens of a file.
-    pub(super) fn of(tokens: &[Token], text: &'a str) -> Self {
+    pub(super) fn collect(tokens: &[Token], text: &'a str) -> Self {
         let mut declared = TokenDeclarations::default();
         for [keyword, name] in tokens.array_windows() {
             if keyword.kind != TokenKind::Name || name.kind != TokenKind::Name {
@@ -84,7 +84,8 @@ pub(super) fn foreign(
         Some(edit) if edit.span.start == first.start => {
             edit.text = format!("equation {label}: {}", edit.text);
         }
-        _ => edits.insert(0, FixEdit::before(first.span(source), format!("equation {label}: "))),
+        _ => edits
+            .insert(0, FixEdit::insert_before(first.span(source), format!("equation {label}: "))),
     }
     Some(diagnostic.fix(Fix::safe(edits)))
 }
@@ -136,7 +137,7 @@ fn derivatives<'a>(
             [Name, Open, Name, Close, ..] if word(0) == "der" => (word(2), 4, false, false),
             _ => continue,
         };
-        let span = rest[0].span(source).to(rest[length - 1].span(source));
+        let span = rest[0].span(source).join(rest[length - 1].span(source));
         derivatives.push(Derivative { span, of, is_foreign, is_marked });
     }
     derivatives

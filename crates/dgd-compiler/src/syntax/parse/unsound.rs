@@ -37,7 +37,7 @@ impl ItemReader<'_, '_> {
         // Only an import contains a text.
         let hides_all = statement.iter().any(|token| token.kind == TokenKind::Text)
             || first.text(self.text) == "import";
-        let span = self.span(*first).to(self.span(*last));
+        let span = self.span(*first).join(self.span(*last));
         // Inside a block it would be outside of its choice.
         let stand_in = if nesting == 0 { self.stand_in(statement) } else { None };
         self.holes.push((UnreadableItem { span, names, hides_all }, stand_in));
@@ -202,7 +202,7 @@ impl ItemReader<'_, '_> {
             "let" if unit.is_some() => ItemKind::Constant { name, unit, value },
             _ => return None,
         };
-        let span = self.span(*keyword).to(self.span(*statement.last()?));
+        let span = self.span(*keyword).join(self.span(*statement.last()?));
         Some(Item { span, doc: Vec::new(), kind })
     }
 

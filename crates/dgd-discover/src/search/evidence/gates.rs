@@ -56,7 +56,7 @@ impl EffectSearch<'_> {
 
     /// Evidence for one effect of a structure.
     fn weigh(&mut self, structure: StructureId, effect: usize) -> WeighedEvidence {
-        let rest = structure.without(effect);
+        let rest = structure.without_candidate(effect);
         let bic_gain = self.bic(rest).zip(self.bic(structure)).map_or(0.0, |(a, b)| a - b);
         let mut random = Pcg64::new(u128::from(self.seed), 1 + effect as u128);
         let sizes = self.sizes_of_noise(structure, rest);

@@ -63,7 +63,7 @@ impl EffectSearch<'_> {
         for whole in alone.into_iter().chain((first.len() > 1).then_some(first)) {
             for effect in whole.effects() {
                 for near in self.range(self.open) {
-                    let form = whole.without(effect).with(near);
+                    let form = whole.without_candidate(effect).with_candidate(near);
                     let is_new = !whole.contains(near) && self.fitted(form).is_some();
                     if is_new && self.are_near(near, effect) && self.share_a_constant(near, effect)
                     {

@@ -93,8 +93,9 @@ impl EffectSearch<'_> {
         let mut wanted: Vec<RefitRequest> = Vec::new();
         for &structure in frontier.iter().filter(|structure| structure.len() < MOST_EFFECTS) {
             let scores = self.screened(structure);
-            let is_sayable =
-                |score: &&CandidateScore| self.may_be_said(structure.with(score.candidate));
+            let is_sayable = |score: &&CandidateScore| {
+                self.may_be_said(structure.with_candidate(score.candidate))
+            };
             // An effect with unknowns of its own does more than its derivative at null shows.
             let is_understated = |c: usize| {
                 let candidate = &self.candidates[c];
@@ -281,7 +282,7 @@ impl EffectSearch<'_> {
         let rivals: Vec<StructureId> = ranked.into_iter().filter(is_rival).take(FINISHED).collect();
         self.finish(&rivals);
         for effect in best.effects().filter(|_| best.len() > 1) {
-            self.settle(best.without(effect), best);
+            self.settle(best.without_candidate(effect), best);
         }
     }
 
@@ -334,7 +335,7 @@ impl EffectSearch<'_> {
             }
             let mut wanted = Vec::new();
             for effect in best.effects() {
-                let rest = best.without(effect);
+                let rest = best.without_candidate(effect);
                 self.settle(rest, best);
                 for score in self.screened(rest).iter().take(EXCHANGED) {
                     wanted.push(self.extended(rest, score));
@@ -356,7 +357,7 @@ impl EffectSearch<'_> {
         let generic: Vec<usize> =
             best.effects().filter(|c| self.candidates[*c].is_generic).collect();
         // With the others of the structure, and alone: the right form may need no others.
-        let beside = generic.iter().map(|effect| (*effect, best.without(*effect)));
+        let beside = generic.iter().map(|effect| (*effect, best.without_candidate(*effect)));
         let alone = generic.iter().map(|effect| (*effect, StructureId::BASE));
         let mut places: Vec<(usize, StructureId)> = beside.chain(alone).collect();
         places.dedup();
@@ -374,8 +375,8 @@ impl EffectSearch<'_> {
             // screened one shows whether the others are worth a fit.
             let is_worth = |twin: usize| {
                 self.candidates[twin].is_generic
-                    && self.training_sum(rest.with(twin))
-                        <= NEAR_THE_BEST * self.training_sum(rest.with(effect))
+                    && self.training_sum(rest.with_candidate(twin))
+                        <= NEAR_THE_BEST * self.training_sum(rest.with_candidate(effect))
             };
             let alike = near.iter().filter(|c| {
                 self.doubled.get(c).is_some_and(|twin| {
@@ -419,9 +420,9 @@ impl EffectSearch<'_> {
         let generic = structure.effects().filter(|c| self.candidates[*c].is_generic);
         let mut wanted = Vec::new();
         for effect in generic.collect::<Vec<_>>() {
-            let rest = structure.without(effect);
+            let rest = structure.without_candidate(effect);
             for near in self.near_forms(effect) {
-                let form = rest.with(near);
+                let form = rest.with_candidate(near);
                 let is_refused = matches!(self.tried.get(&StructureId::one(near)), Some(Err(_)));
                 let is_open = self.fitted(form).is_none_or(|fitted| !fitted.is_converged);
                 if near != effect
@@ -468,12 +469,14 @@ impl EffectSearch<'_> {
         let other_forms = self.at_bound(structure).into_iter().flat_map(|effect| {
             let is_other = move |form: &usize| {
                 let is_template = self.are_near(*form, effect) && *form != effect;
-                let is_tried = self.fitted(structure.without(effect).with(*form)).is_some();
+                let is_tried = self
+                    .fitted(structure.without_candidate(effect).with_candidate(*form))
+                    .is_some();
                 self.are_forms(*form, effect)
                     || (is_template && is_tried && self.have_one_place(*form, effect))
             };
             let forms = self.range(self.open).filter(is_other);
-            forms.map(move |form| structure.without(effect).with(form))
+            forms.map(move |form| structure.without_candidate(effect).with_candidate(form))
         });
         other_forms.collect()
     }
@@ -529,7 +532,7 @@ impl EffectSearch<'_> {
 
     /// A structure with one more effect, to be fitted from the points that its screen suggests.
     fn extended(&self, structure: StructureId, score: &CandidateScore) -> RefitRequest {
-        let longer = structure.with(score.candidate);
+        let longer = structure.with_candidate(score.candidate);
         let mut points = score.points.clone();
         if self.has_strayed(structure) {
             points.extend(points.first().map(StartPoint::afresh));
@@ -543,7 +546,11 @@ impl EffectSearch<'_> {
         if self.has_strayed(structure) {
             points.push(StartPoint::default().afresh());
         }
-        RefitRequest { structure: structure.with(candidate), from: self.values(structure), points }
+        RefitRequest {
+            structure: structure.with_candidate(candidate),
+            from: self.values(structure),
+            points,
+        }
     }
 
     /// Whether the base model was fitted to values far from those of its file, so that fits also begin at the latter.

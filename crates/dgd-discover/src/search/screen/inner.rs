@@ -29,7 +29,7 @@ pub(super) struct InnerConstant {
 impl InnerConstant {
     /// Its value at a point of the grid. The constants of one candidate traverse their grids in different orders, so
     /// that they do not move together.
-    pub(super) fn at(&self, g: usize) -> f64 {
+    pub(super) fn value(&self, g: usize) -> f64 {
         // Strides coprime to 6 and 12.
         let stride = [1, 5, 7, 11][self.place % 4];
         let share = ((g * stride % self.points) as f64 + 0.5) / self.points as f64;

@@ -78,7 +78,7 @@ pub(crate) fn screen(
 ) -> Screen {
     let key = data.keeping.key(&("screen", &fitted.structure.id, others, resolution), |digest| {
         let options = data.options_for(&fitted.structure.system);
-        digest.of(&fitted.values).of(&fitted.estimates).of(&data.noise).of(&options)
+        digest.debug(&fitted.values).debug(&fitted.estimates).debug(&data.noise).debug(&options)
     });
     kept(data.keeping.journal, key, || {
         computed(base, all, others, fitted, data, resolution, threads)
@@ -447,7 +447,7 @@ impl ScreenData<'_> {
     /// Whether a candidate adds a fitted start value: its derivative is zero at the candidate's null, and the candidate
     /// would otherwise act like a wrong start value.
     fn has_own_start(&self, candidate: usize) -> bool {
-        let with_it = self.structure.with(candidate);
+        let with_it = self.structure.with_candidate(candidate);
         let with_it = self.base.structure(self.all, with_it);
         with_it.is_ok_and(|with_it| starts(&with_it) > self.starts)
     }
@@ -494,7 +494,7 @@ struct CandidateBatch<'a> {
 impl CandidateBatch<'_> {
     /// A point of the grid.
     fn grid(&self, g: usize) -> InnerValues {
-        self.inner.iter().map(|inner| inner.iter().map(|inner| inner.at(g)).collect()).collect()
+        self.inner.iter().map(|inner| inner.iter().map(|inner| inner.value(g)).collect()).collect()
     }
 }
 

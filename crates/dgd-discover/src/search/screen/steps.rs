@@ -38,7 +38,7 @@ struct RangeLimit<'a> {
 }
 
 impl RangeLimit<'_> {
-    fn at(&self, share: f64) -> f64 {
+    fn value(&self, share: f64) -> f64 {
         self.null + share * (self.end - self.null)
     }
 }
@@ -77,7 +77,8 @@ impl ScreenData<'_> {
         let Some(as_it_is) = outputs(system, self.values, self.data) else { return Vec::new() };
         let try_shares = |shares: &[f64]| -> Vec<(f64, GridPromise)> {
             let promises = in_parallel(system, shares.len(), self.threads, |system, k| {
-                let moved = limits.iter().map(|limit| (limit.name.to_owned(), limit.at(shares[k])));
+                let moved =
+                    limits.iter().map(|limit| (limit.name.to_owned(), limit.value(shares[k])));
                 self.step(system, moved.collect(), &as_it_is)
             });
             let both = shares.iter().copied().zip(promises);

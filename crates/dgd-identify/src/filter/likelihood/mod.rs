@@ -466,7 +466,7 @@ impl LikelihoodFailure {
         }
     }
 
-    pub(in crate::filter) fn of(error: FilterError, recording: usize) -> Self {
+    pub(in crate::filter) fn from_error(error: FilterError, recording: usize) -> Self {
         match error {
             FilterError::Start(error) => {
                 let reason = TrialFailure::Simulation(error);
@@ -482,5 +482,5 @@ impl LikelihoodFailure {
 
 /// A model that cannot be filtered, as an error of estimation.
 fn not_filtered(error: FilterError) -> EstimateError {
-    LikelihoodFailure::of(error, 0).at_start()
+    LikelihoodFailure::from_error(error, 0).at_start()
 }

@@ -299,7 +299,7 @@ pub fn predictions(
         noise: found.noise.iter().map(|noise| noise.map(|noise| noise.value)).collect(),
     };
     let along = |(r, (recording, start)): (usize, (&Recording, &Starts))| {
-        let failed = |error| LikelihoodFailure::of(error, r).at_start();
+        let failed = |error| LikelihoodFailure::from_error(error, r).at_start();
         let filter = FilterProblem {
             free: vec![false; problem.free.len()],
             start: start.clone(),

@@ -160,7 +160,7 @@ fn filter_some(
                 };
                 // A row in which the model could not be evaluated invalidates the likelihood.
                 let failure = match moved {
-                    Err(error) => Some(LikelihoodFailure::of(error, position)),
+                    Err(error) => Some(LikelihoodFailure::from_error(error, position)),
                     Ok(row) => row.failure.map(|reason| {
                         LikelihoodFailure::Trial(TrialFailed { recording: position, reason })
                     }),

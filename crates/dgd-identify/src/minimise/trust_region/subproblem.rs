@@ -172,7 +172,7 @@ mod tests {
 
     const SCALE: [f64; 2] = [2.0, 0.5];
 
-    fn at(g: [f64; 2]) -> NormalEquations {
+    fn equations_at(g: [f64; 2]) -> NormalEquations {
         NormalEquations {
             gradient: DVector::from_row_slice(&g),
             information: DMatrix::from_diagonal(&DVector::from_row_slice(&SCALE)),
@@ -196,7 +196,7 @@ mod tests {
     /// nearly singular matrix, and with and without active bounds.
     #[test]
     fn no_point_of_box_and_radius_is_lower() {
-        let at = at([-1.0, 0.4]);
+        let at = equations_at([-1.0, 0.4]);
         let scale = DVector::from_row_slice(&SCALE);
         let g = &at.gradient;
         for h in [[2.0, 0.9, 0.9, 0.5], [2.0, 1.0, 1.0, 0.5], [-1.0, 0.3, 0.3, 0.5]] {
@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn a_radius_that_holds_the_minimum_does_not_bind() {
-        let at = at([-1.0, 0.4]);
+        let at = equations_at([-1.0, 0.4]);
         let scale = DVector::from_row_slice(&SCALE);
         let model = quadratic(&at, [2.0, 0.0, 0.0, 0.5], &scale, [-FREE; 2], [FREE; 2]);
         let step = model.within(10.0).expect("finite");

@@ -72,7 +72,7 @@ impl StartingPoints {
         });
         let drawn = self.seeds.len() as f64;
         let of_range = |(i, range, strata): &(usize, StartRange, Vec<usize>)| {
-            (*i, range.at((strata[k] as f64 + uniform.next()) / drawn))
+            (*i, range.value((strata[k] as f64 + uniform.next()) / drawn))
         };
         self.ranges.iter().map(of_range).collect()
     }
@@ -139,7 +139,7 @@ pub fn starting_points(
         for k in (1..drawn).rev() {
             strata.swap(k, uniform.below(k + 1));
         }
-        ranges.push((i, StartRange::of(problem, i, from), strata));
+        ranges.push((i, StartRange::from_problem(problem, i, from), strata));
     }
     StartingPoints { ranges, seeds: (0..drawn).map(|_| random()).collect() }
 }
@@ -154,7 +154,7 @@ struct StartRange {
 }
 
 impl StartRange {
-    fn of(problem: &OutputErrorProblem<'_>, i: usize, from: DrawnFrom) -> Self {
+    fn from_problem(problem: &OutputErrorProblem<'_>, i: usize, from: DrawnFrom) -> Self {
         let parameter = &problem.system.signature().parameters[i];
         let (lower, upper) = (parameter.lower, parameter.upper);
         let value = problem.p[i].clamp(lower, upper);
@@ -188,7 +188,7 @@ impl StartRange {
     }
 
     /// The value at a position between 0 and 1.
-    fn at(&self, place: f64) -> f64 {
+    fn value(&self, place: f64) -> f64 {
         let Self { from, until, by_factors } = *self;
         let value = if by_factors {
             from * (until / from).powf(place)

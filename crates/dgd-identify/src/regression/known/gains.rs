@@ -29,7 +29,7 @@ impl<'a> Gains<'a> {
 
     /// The error of each unknown, SI, for an error of one standard deviation of each output that was measured at sample
     /// k: n × outputs.
-    pub(crate) fn at(
+    pub(crate) fn compute(
         &mut self,
         known: &RecordingSamples,
         k: usize,
@@ -45,7 +45,7 @@ impl<'a> Gains<'a> {
         let y = self.guess.clone();
         let (matrix, _) = self.solver.linearized(EvaluationPoint { y: &y, ..point }, measured)?;
         if !self.solver.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
-            let inverse = PseudoInverse::of(&matrix)?;
+            let inverse = PseudoInverse::from_matrix(&matrix)?;
             self.solver.last = Some((matrix, inverse));
         }
         let (_, inverse) = self.solver.last.as_ref()?;

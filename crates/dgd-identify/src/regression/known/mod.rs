@@ -88,15 +88,21 @@ pub(crate) struct RecordingSamples {
 impl RecordingSamples {
     /// The point at which the rows of sample k are evaluated.
     pub(crate) fn point<'a>(&'a self, k: usize, p: &'a [f64]) -> EvaluationPoint<'a> {
-        self.at(k, &self.u, &self.z, p)
+        self.to_point(k, &self.u, &self.z, p)
     }
 
     /// The point just before the inputs take their values at sample k.
     pub(crate) fn point_before<'a>(&'a self, k: usize, p: &'a [f64]) -> EvaluationPoint<'a> {
-        self.at(k, &self.u_before, &self.z_before, p)
+        self.to_point(k, &self.u_before, &self.z_before, p)
     }
 
-    fn at<'a>(&'a self, k: usize, u: &'a [f64], z: &'a [f64], p: &'a [f64]) -> EvaluationPoint<'a> {
+    fn to_point<'a>(
+        &'a self,
+        k: usize,
+        u: &'a [f64],
+        z: &'a [f64],
+        p: &'a [f64],
+    ) -> EvaluationPoint<'a> {
         let Self { n, n_u, n_z, .. } = *self;
         EvaluationPoint {
             t: self.times[k],
@@ -433,7 +439,7 @@ impl<'a> SampleSolver<'a> {
         for _ in 0..MOST_ITERATIONS {
             let (matrix, rest) = self.linearized(EvaluationPoint { y: &y, ..at }, measured)?;
             if !self.last.as_ref().is_some_and(|(last, _)| *last == matrix) {
-                let inverse = PseudoInverse::of(&matrix)?;
+                let inverse = PseudoInverse::from_matrix(&matrix)?;
                 self.last = Some((matrix, inverse));
             }
             let (_, inverse) = self.last.as_ref()?;
@@ -534,7 +540,7 @@ fn fill(
 }
 
 impl PseudoInverse {
-    fn of(matrix: &DMatrix<f64>) -> Option<Self> {
+    fn from_matrix(matrix: &DMatrix<f64>) -> Option<Self> {
         let n = matrix.ncols();
         let size: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
         let used: Vec<usize> = (0..n).filter(|j| size[*j] > 0.0).collect();

@@ -61,7 +61,7 @@ impl Missing {
     ) -> Self {
         let source = |source: &SignalSource| match source {
             SignalSource::Output(i) => signature.outputs[*i].name.to_string(),
-            SignalSource::Equation(i) => format!("equation {}", signature.equations.at(*i)),
+            SignalSource::Equation(i) => format!("equation {}", signature.equations.get(*i)),
             SignalSource::Together => "all outputs and equations together".to_owned(),
         };
         let signals = found.signals.iter().map(|signal| {

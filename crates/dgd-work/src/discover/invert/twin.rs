@@ -76,7 +76,7 @@ fn smoothed(
     let trajectory =
         simulate(&problem, &times, &run.options).map_err(|failure| failure.error.to_string())?;
     let simulated = observe(&problem, &trajectory).w;
-    let deviations = Deviations::along(terms, &run.p, &recording.inputs, &trajectory)
+    let deviations = Deviations::linearize(terms, &run.p, &recording.inputs, &trajectory)
         .map_err(|error| error.to_string())?;
     let residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
     let unseen = || "no output that was measured sees what is missing".to_owned();

@@ -244,7 +244,7 @@ impl Outcome<'_> {
         let Some(tested) = &self.valid else { return json!([]) };
         let starts_of = |(path, starts): (&PathBuf, &Starts)| {
             let entry = |(i, value): &(usize, f64)| {
-                let unknown = self.signature.unknowns.at(*i);
+                let unknown = self.signature.unknowns.get(*i);
                 let value = unknown.unit.from_si(*value);
                 (unknown.name.to_string(), json!({ "value": value, "unit": unknown.unit.symbol }))
             };

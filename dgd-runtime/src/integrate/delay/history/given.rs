@@ -57,7 +57,7 @@ pub struct HistoryPerturbation {
 
 impl HatFunction {
     /// The change at a time, as a fraction of that at the top.
-    pub fn at(self, t: f64) -> f64 {
+    pub fn evaluate(self, t: f64) -> f64 {
         let part = |zero: Option<f64>| match zero {
             Some(zero) => ((t - zero) / (self.top - zero)).max(0.0),
             None => 1.0,
@@ -73,7 +73,7 @@ impl HatFunction {
 }
 
 impl PastSolution {
-    /// A past with only the values of the unknowns at the positions `watched` at the time `from`.
+    /// A past with only the values of the unknowns at the positions `watched` at the time `known_from`.
     pub fn new(watched: Vec<usize>, from: f64, y: &[f64]) -> Self {
         let origin = watched.iter().map(|i| y[*i]).collect();
         let (ends, differences, seeds) = (Vec::new(), Vec::new(), Vec::new());
@@ -94,7 +94,7 @@ impl PastSolution {
     }
 
     /// Time from which it is known.
-    pub fn from(&self) -> f64 {
+    pub fn known_from(&self) -> f64 {
         self.from
     }
 
@@ -146,7 +146,7 @@ impl PastSolution {
         let [t0, t1] = self.ends[piece];
         let len = self.watched.len() * NODES.len();
         let differences = &self.differences[piece * len..(piece + 1) * len];
-        let basis = BasisValues::at((t.min(t1) - t0) / (t1 - t0));
+        let basis = BasisValues::evaluate((t.min(t1) - t0) / (t1 - t0));
         let [x, slope, _] = basis.read(differences, self.watched.len(), unknown);
         (x, slope / (t1 - t0))
     }
@@ -199,10 +199,10 @@ impl DelayHistory {
                     continue;
                 }
                 let column = (direction + 1) * n_w + k;
-                self.origin[column] = hat.at(past.from);
+                self.origin[column] = hat.evaluate(past.from);
                 for (piece, [t0, t1]) in past.ends.iter().enumerate() {
                     // A straight line.
-                    let (begin, end) = (hat.at(*t0), hat.at(*t1));
+                    let (begin, end) = (hat.evaluate(*t0), hat.evaluate(*t1));
                     let entry = piece * NODES.len() * n + column;
                     self.differences[entry] = begin;
                     self.differences[entry + n] = end - begin;

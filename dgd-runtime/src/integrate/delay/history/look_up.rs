@@ -24,7 +24,7 @@ impl DelayHistory {
         u: &mut [f64],
     ) {
         self.look_up(problem, t, y, u);
-        let mut past = DelayChannels::of(self.layout, u);
+        let mut past = DelayChannels::split(self.layout, u);
         for lag in 0..self.lags.len() {
             if self.is_free && self.lags[lag].constant().is_none() {
                 self.locate_lag(lag, t);
@@ -168,7 +168,7 @@ impl DelayHistory {
         }
     }
 
-    /// The piece of a window that continues to α, if that is outside the piece `at`, and up to where: no further than
+    /// The piece of a window that continues to α, if that is outside the piece `evaluate`, and up to where: no further than
     /// by its own length, since polynomials grow beyond all bounds.
     fn extended(&self, at: usize, alpha: f64, window: Range<usize>) -> (usize, f64) {
         let [t0, t1] = self.ends[at];
@@ -195,7 +195,11 @@ impl DelayHistory {
         let n = self.now.len() * NODES.len();
         let [t0, t1] = self.ends[at];
         let per_h = if t1 > t0 { 1.0 / (t1 - t0) } else { 0.0 };
-        (BasisValues::at((alpha - t0) * per_h), per_h, &self.differences[at * n..(at + 1) * n])
+        (
+            BasisValues::evaluate((alpha - t0) * per_h),
+            per_h,
+            &self.differences[at * n..(at + 1) * n],
+        )
     }
 
     /// The piece to take the slope from: a neighbour if this one is so short, between two events at nearly one time,
@@ -218,7 +222,7 @@ struct DelayChannels<'a> {
 }
 
 impl<'a> DelayChannels<'a> {
-    fn of(PastLayout { first, n_v, n_s }: PastLayout, u: &'a mut [f64]) -> Self {
+    fn split(PastLayout { first, n_v, n_s }: PastLayout, u: &'a mut [f64]) -> Self {
         let (held, u) = u[first..].split_at_mut(n_v);
         let (value, u) = u.split_at_mut(n_v);
         let (rate, u) = u.split_at_mut(n_v);

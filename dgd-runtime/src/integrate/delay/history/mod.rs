@@ -171,7 +171,7 @@ pub(in crate::integrate) fn verify<S: SolvableSystem>(
     }
     let (tau, dtau) = (delays(problem), delay_sensitivities(problem));
     for delayed in signature.delayed_unknowns.iter().filter(|delayed| !delayed.varies) {
-        let unknown = signature.unknowns.at(delayed.unknown);
+        let unknown = signature.unknowns.get(delayed.unknown);
         let value = tau[delayed.delay];
         let moves = || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
         let is_known = value.is_finite() && value >= 0.0;

@@ -36,7 +36,7 @@ pub(super) struct BasisValues {
 }
 
 impl BasisValues {
-    pub(super) fn at(theta: f64) -> Self {
+    pub(super) fn evaluate(theta: f64) -> Self {
         let mut basis = Self {
             value: [0.0; NODES.len()],
             rate: [0.0; NODES.len()],
@@ -75,7 +75,7 @@ mod tests {
         let mut values: Vec<f64> = NODES.iter().flat_map(|t| x(*t)).collect();
         divide(&mut values, 2);
         for t in [0.0, 0.1, 0.37, 0.5, 0.99, 1.0, 1.01] {
-            let basis = BasisValues::at(t);
+            let basis = BasisValues::evaluate(t);
             let [a, b] = [0, 1].map(|i| basis.read(&values, 2, i));
             let expected = [
                 [t.powi(6), 6.0 * t.powi(5), 30.0 * t.powi(4)],

@@ -274,7 +274,7 @@ impl<S: SolvableSystem> Stepper<S> {
             self.f.as_ref()
         } else {
             let stage_t = t + tableau.alpha[I] * h;
-            let u = drive.at(stage_t, stage.as_ref());
+            let u = drive.evaluate(stage_t, stage.as_ref());
             let point = EvaluationPoint { t: stage_t, y: stage.as_ref(), u, p, z };
             let f = self.rhs.as_mut();
             match (&mut directions, &of_s) {
@@ -363,7 +363,7 @@ impl<S: SolvableSystem> Stepper<S> {
             let a = &tableau.a[i];
             let stage_t = t + tableau.alpha[i] * h;
             combine_any(y, &self.k[..i], a, self.stage.as_mut());
-            let u = drive.at(stage_t, self.stage.as_ref());
+            let u = drive.evaluate(stage_t, self.stage.as_ref());
             let point = EvaluationPoint { t: stage_t, y: self.stage.as_ref(), u, p, z };
             let row = match &mut directions {
                 None => {

@@ -132,7 +132,7 @@ pub(super) fn values_at_random<const N: usize>(
     root: ExprId,
 ) -> [f64; N] {
     let mut random = SplitMix64::default();
-    let tape = Tape::of(graph, [root]);
+    let tape = Tape::from_roots(graph, [root]);
     let symbols = tape.symbols();
     std::array::from_fn(|_| {
         let point = SamplePoint::random(sizes, &symbols, 0.0, &mut random);

@@ -36,7 +36,7 @@ pub(in super::super) struct SymbolSizes {
 }
 
 impl SymbolSizes {
-    pub(in super::super) fn of(dae: &Dae, model: &Model) -> SymbolSizes {
+    pub(in super::super) fn estimate(dae: &Dae, model: &Model) -> SymbolSizes {
         let parameters: Vec<f64> = dae.parameters.iter().map(|parameter| parameter.value).collect();
         let at_start = |symbol| match symbol {
             Symbol::Parameter(i) | Symbol::SweptParameter(i, _) => parameters[i as usize],
@@ -162,22 +162,22 @@ impl SamplePoint {
         Self { keys, values, sizes }
     }
 
-    fn at(&self, symbol: Symbol) -> usize {
+    fn position(&self, symbol: Symbol) -> usize {
         let index = self.keys.binary_search(&symbol.key());
         index.unwrap_or_else(|_| unreachable!("{symbol:?} has a value"))
     }
 
     pub(super) fn value(&self, symbol: Symbol) -> f64 {
-        self.values[self.at(symbol)]
+        self.values[self.position(symbol)]
     }
 
     pub(super) fn set(&mut self, symbol: Symbol, value: f64) {
-        let position = self.at(symbol);
+        let position = self.position(symbol);
         self.values[position] = value;
     }
 
     pub(super) fn size(&self, symbol: Symbol) -> f64 {
-        let position = self.at(symbol);
+        let position = self.position(symbol);
         self.sizes[position].abs().max(self.values[position].abs())
     }
 

@@ -113,8 +113,8 @@ impl<'a> SurfaceSides<'a> {
             let gradient = graph.gradient(e, |other| (other == symbol).then_some(0));
             gradient.first().map_or_else(|| graph.constant(0.0), |(_, slope)| *slope)
         });
-        let tape = Tape::of(graph, [surface, e_v, above, below, above_v, below_v]);
-        let surface = Tape::of(graph, [surface, e_v]);
+        let tape = Tape::from_roots(graph, [surface, e_v, above, below, above_v, below_v]);
+        let surface = Tape::from_roots(graph, [surface, e_v]);
         let (symbols, moving) = (tape.symbols(), tape.readers(symbol));
         SurfaceApproach { symbol, all: tape, moving, surface, symbols }
     }
@@ -138,7 +138,7 @@ impl<'a> SurfaceSides<'a> {
             let slopes = symbols.into_iter().filter_map(|v| {
                 let gradient = graph.gradient(e, |symbol| (symbol == v).then_some(0));
                 let (_, slope) = gradient.first()?;
-                Some((v, Tape::of(graph, [e, *slope])))
+                Some((v, Tape::from_roots(graph, [e, *slope])))
             });
             let slopes: Vec<_> = slopes.collect();
             if !slopes.is_empty() {

@@ -23,7 +23,7 @@ pub(super) struct ExpressionReaders {
 }
 
 impl ExpressionReaders {
-    pub(super) fn of(dae: &Dae) -> Self {
+    pub(super) fn from_dae(dae: &Dae) -> Self {
         let graph = &dae.graph;
         let roots: Vec<ExprId> = dae.rows().collect();
         let ids = graph.reachable(roots.iter().copied());
@@ -145,7 +145,7 @@ mod tests {
 
     /// The calls of `abs`, and the expressions to examine for each.
     fn looked_at(dae: &Dae) -> Vec<(ExprId, Vec<ExprId>)> {
-        let mut readers = ExpressionReaders::of(dae);
+        let mut readers = ExpressionReaders::from_dae(dae);
         let nodes = dae.graph.listed(dae.rows()).into_iter();
         let calls = nodes.filter(
             |(_, node)| matches!(node, Node::Call1(function, _) if function.get().name == "abs"),

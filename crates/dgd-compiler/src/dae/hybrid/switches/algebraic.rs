@@ -20,7 +20,7 @@ pub(super) struct AlgebraicUnknowns {
 }
 
 impl AlgebraicUnknowns {
-    pub(super) fn of(dae: &Dae) -> Self {
+    pub(super) fn from_dae(dae: &Dae) -> Self {
         let is_algebraic = |mass: ExprId| dae.graph.value(mass) != Some(1.0);
         Self {
             unknowns: dae.unknowns.iter().map(|unknown| is_algebraic(unknown.mass)).collect(),

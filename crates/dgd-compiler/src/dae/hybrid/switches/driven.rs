@@ -17,7 +17,7 @@ pub(super) struct DrivenUnknowns {
 }
 
 impl DrivenUnknowns {
-    pub(super) fn of(dae: &Dae, model: &Model) -> Self {
+    pub(super) fn from_dae(dae: &Dae, model: &Model) -> Self {
         let inputs = model.inputs.iter().map(|input| input.interpolation);
         let delayed =
             dae.delayed_inputs.iter().map(|delayed| model.inputs[delayed.input].interpolation);

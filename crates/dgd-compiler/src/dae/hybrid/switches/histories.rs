@@ -18,7 +18,7 @@ pub(in crate::dae) fn verify(
     if histories.is_empty() {
         return Ok(());
     }
-    let sizes = SymbolSizes::of(dae, model);
+    let sizes = SymbolSizes::estimate(dae, model);
     for (name, history) in histories {
         if !jumps(dae, model, &sizes, history) {
             continue;

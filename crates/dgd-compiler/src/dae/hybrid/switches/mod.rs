@@ -131,8 +131,8 @@ fn open(dae: &mut Dae, model: &Model, surfaces: &mut [SwitchingSurface]) {
 fn passed(dae: &mut Dae, model: &Model) -> Vec<SwitchingSurface> {
     let roots: Vec<ExprId> = dae.rows().collect();
     let mut surfaces = surfaces::surfaces(dae, model, &roots, SurfaceKind::Common);
-    let mut readers = ExpressionReaders::of(dae);
-    let typical = SymbolSizes::of(dae, model);
+    let mut readers = ExpressionReaders::from_dae(dae);
+    let typical = SymbolSizes::estimate(dae, model);
     let mut trial = dae.graph.clone();
     for surface in &mut surfaces {
         let (affected, rows) = readers.affected(&surface.signs);
@@ -142,7 +142,7 @@ fn passed(dae: &mut Dae, model: &Model) -> Vec<SwitchingSurface> {
             surface.passage = surface.passage.max(here);
         }
     }
-    let algebraic = algebraic::AlgebraicUnknowns::of(dae);
+    let algebraic = algebraic::AlgebraicUnknowns::from_dae(dae);
     for surface in &mut surfaces {
         surface.is_piece = algebraic.holds(dae, &roots, surface);
     }
@@ -172,7 +172,7 @@ fn written(dae: &Dae, model: &Model, e: ExprId) -> String {
 fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [SwitchingSurface]) {
     let before = dae.automata.len();
     let after = before + surfaces.len();
-    let sliding = SlidingSurfaces::of(dae);
+    let sliding = SlidingSurfaces::from_dae(dae);
     let mut sharing: HashSet<ExprId> = HashSet::default();
     let one_sided = surfaces.iter_mut().filter(|surface| surface.is_held());
     let mut n_shares = 0;
@@ -264,7 +264,7 @@ struct SlidingSurfaces {
 }
 
 impl SlidingSurfaces {
-    fn of(dae: &Dae) -> SlidingSurfaces {
+    fn from_dae(dae: &Dae) -> SlidingSurfaces {
         let is_algebraic = |symbol: &Symbol| match symbol {
             Symbol::Unknown(i) => dae.graph.value(dae.unknowns[*i as usize].mass) != Some(1.0),
             Symbol::Element(i) | Symbol::Swept(i) => {

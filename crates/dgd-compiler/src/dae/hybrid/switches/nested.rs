@@ -50,7 +50,7 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, SwitchSigns, Vec<usize
         _ => false,
     };
     let mut readers: Option<ExpressionReaders> = None;
-    let (mut trial, sizes) = (dae.graph.clone(), SymbolSizes::of(dae, model));
+    let (mut trial, sizes) = (dae.graph.clone(), SymbolSizes::estimate(dae, model));
     for outer in candidates.iter().filter(|outer| outer.signs.keys().any(chooses)) {
         let mut within: Vec<usize> = dae
             .graph
@@ -65,7 +65,7 @@ fn inner(dae: &mut Dae, model: &Model) -> Option<(ExprId, SwitchSigns, Vec<usize
             if passage(&mut trial, &sizes, outer.e, e, signs) < Continuity::Jump {
                 continue;
             }
-            let readers = readers.get_or_insert_with(|| ExpressionReaders::of(dae));
+            let readers = readers.get_or_insert_with(|| ExpressionReaders::from_dae(dae));
             let (_, outer_rows) = readers.affected(&outer.signs);
             let (_, mut rows) = readers.affected(signs);
             rows.retain(|row| outer_rows.contains(row));

@@ -56,7 +56,7 @@ pub(super) fn take_apart(dae: &mut Dae, model: &Model) {
         {
             let marks = knots(curve.get());
             let key = (marks.iter().map(|mark| mark.to_bits()).collect(), x);
-            let line = lines.of(x).filter(|line| line.beta.is_some());
+            let line = lines.affine(x).filter(|line| line.beta.is_some());
             let number = match (numbers.get(&key), line) {
                 (Some(number), _) => Some(*number),
                 (None, Some(line)) => {
@@ -114,7 +114,7 @@ fn counted(graph: &mut ExprGraph, curve: &TableCurve, marks: &[f64], x: ExprId) 
         ends: *ends,
         limit: None,
     };
-    let position = graph.simplified(Node::Curve(CurveId::of(line), x));
+    let position = graph.simplified(Node::Curve(CurveId::store(line), x));
     let passed = graph.call1("floor", position);
     let one = graph.constant(1.0);
     graph.add(passed, one)

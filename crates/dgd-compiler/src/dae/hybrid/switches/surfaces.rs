@@ -144,7 +144,7 @@ pub(super) fn is_smooth(graph: &ExprGraph, e: ExprId) -> bool {
 
 /// Merges equivalent surfaces: `x > 1` and `2*x + 1 > 3` change at the same time, whatever the parameters.
 fn joined(dae: &Dae, model: &Model, surfaces: Vec<SwitchingSurface>) -> Vec<SwitchingSurface> {
-    let typical = SymbolSizes::of(dae, model);
+    let typical = SymbolSizes::estimate(dae, model);
     let mut of_symbols: BTreeMap<Vec<Symbol>, Vec<(usize, [f64; PLACES])>> = BTreeMap::new();
     let mut joined: Vec<SwitchingSurface> = Vec::new();
     for surface in surfaces {

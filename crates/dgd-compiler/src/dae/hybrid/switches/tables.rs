@@ -55,7 +55,7 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
     let mut moving = moves(dae, model, &rows);
     moving.extend(moves(dae, model, &outputs));
     let is_single = |(_, x): &TableRead| !moving[x].sweeps;
-    let driven = DrivenUnknowns::of(dae, model);
+    let driven = DrivenUnknowns::from_dae(dae, model);
     let stops = |(curve, x): TableRead| -> Option<KnotStops> {
         let curve = curve.get();
         if !moving[&x].varies || moving[&x].sweeps || !curve.is_table() {
@@ -111,7 +111,7 @@ fn make_knots(dae: &mut Dae, model: &Model, curve: &TableCurve, at: &[f64], x: E
         ends: *ends,
         limit: None,
     };
-    let line = CurveId::of(line);
+    let line = CurveId::store(line);
     let z = u32::try_from(dae.automata.len()).unwrap_or(u32::MAX);
     let name = format!("segment of {table}({})", super::written(dae, model, x));
     let graph = &mut dae.graph;

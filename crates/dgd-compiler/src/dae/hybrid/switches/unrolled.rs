@@ -21,8 +21,8 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
     if dae.families.is_empty() {
         return;
     }
-    let sizes = SymbolSizes::of(dae, model);
-    let algebraic = AlgebraicUnknowns::of(dae);
+    let sizes = SymbolSizes::estimate(dae, model);
+    let algebraic = AlgebraicUnknowns::from_dae(dae);
     let passages: Vec<Option<Continuity>> = (0..dae.families.len())
         .map(|k| {
             (dae.families[k].count > 1)
