@@ -60,7 +60,9 @@ pub use output_error::multi_start::{
 };
 pub use output_error::prior::Prior;
 pub use output_error::stepping::FitStepping;
-pub use output_error::{Evaluation, OutputErrorProblem, Starts, evaluate, fit, fit_starts};
+pub use output_error::{
+    OutputErrorEvaluation, OutputErrorProblem, Starts, evaluate, fit, fit_starts,
+};
 pub use progress::{Monitor, NoMonitor, Progress, Total};
 pub use recording::{
     DerivativeUse, OutputMisfit, Recording, outputs_of, outputs_with_sensitivities,

@@ -30,7 +30,7 @@ mod steady;
 pub use clock::shift;
 pub use finding::{ChannelFault, Finding, Severity};
 pub use frozen::{FrozenRun, SaturatedReadings, frozen, saturated};
-pub use operating_points::{OperatingPoint, operating_points};
+pub use operating_points::{SteadyPoint, operating_points};
 pub use pairs::SimilarChannels;
 pub use record::{Channel, ScreenedRecord, TimeStretch, usual_spacing};
 pub use sampling::{SampleSpacing, sampling};

@@ -2,7 +2,7 @@
 
 use crate::cleaned::CleanedRecord;
 use crate::finding::{ChannelFault, Finding, Severity};
-use crate::operating_points::{OperatingPoint, operating_points};
+use crate::operating_points::{SteadyPoint, operating_points};
 use crate::pairs::{SimilarChannels, compared, odd_findings, pair_findings};
 use crate::record::{Channel, ScreenedRecord, extremes, usual_spacing};
 use crate::redundant::{OPPOSED, PairComparison, RedundantPair};
@@ -42,7 +42,7 @@ pub struct Screening {
     /// Steady periods and transients.
     pub motion: Motion,
     /// Steady periods, grouped.
-    pub points: Vec<OperatingPoint>,
+    pub points: Vec<SteadyPoint>,
 }
 
 /// Summary of a channel.

@@ -49,7 +49,7 @@ pub struct Family {
 
 /// Places (row + k, column + k) or (row + k, column) of a matrix, for k from 0 to `count` − 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Run {
+pub struct PatternRun {
     /// Row of the first place.
     pub row: usize,
     /// Column of the first place.
@@ -71,7 +71,7 @@ pub struct Arrays {
     pub outputs: List<OutputArray>,
     /// Non-zeros in the rows of families of ∂f/∂y, ∂g/∂y, ∂f/∂p, ∂f/∂u, ∂w/∂y, ∂w/∂u and ∂w/∂p,
     /// which follow those of other rows.
-    pub runs: [List<Run>; 7],
+    pub runs: [List<PatternRun>; 7],
 }
 
 /// The description of a whole model, from that of its single unknowns and the additions by arrays.
@@ -147,7 +147,7 @@ mod tests {
             equation: "row".into(),
             lower,
         };
-        let run = |row, column, diagonal| Run { row, column, diagonal, count: 2 };
+        let run = |row, column, diagonal| PatternRun { row, column, diagonal, count: 2 };
         let empty = || List::Borrowed(&[][..]);
         let added = Arrays {
             outputs: vec![OutputArray {
@@ -166,7 +166,7 @@ mod tests {
                 empty(),
                 empty(),
                 empty(),
-                vec![Run { count: 3, ..run(0, 1, true) }].into(),
+                vec![PatternRun { count: 3, ..run(0, 1, true) }].into(),
                 empty(),
                 empty(),
             ],

@@ -2,7 +2,7 @@
 //!
 //! Every item is the literal of the value of the same name in `dgd-signature`.
 
-use dgd_signature::arrays::{Array, Family, OutputArray, Run};
+use dgd_signature::arrays::{Array, Family, OutputArray, PatternRun};
 use dgd_signature::{
     Automaton, Clock, DelayedInput, DelayedUnknown, Density, DifferentiatedInput, Direction,
     Discrete, Distribution, ExactTicks, Formulas, Input, Operation, Output, Parameter, Pattern,
@@ -262,10 +262,10 @@ fn arrays(program: &Program) -> TokenStream {
     let runs = RUNS.map(|kind| {
         let runs = program.pattern(kind).into_iter().flat_map(|pattern| pattern.runs.iter());
         let runs = runs.map(|run| {
-            let Run { row, column, diagonal, count } = *run;
+            let PatternRun { row, column, diagonal, count } = *run;
             let [row, column, count] = [row, column, count].map(index);
             quote! {
-                Run {
+                PatternRun {
                     row: #row,
                     column: #column,
                     diagonal: #diagonal,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dgd_signature::arrays::Run;
+use dgd_signature::arrays::PatternRun;
 use dgd_signature::{Direction, PastLayout, Pattern};
 
 use super::expressions::{ResultNumber, SystemExpressions};
@@ -502,7 +502,7 @@ impl<'a> Derivation<'a> {
                     continue;
                 };
                 let (column, diagonal) = (column & !MOVING, column & MOVING != 0);
-                runs.push(Run { row: *row, column, diagonal, count: count as usize });
+                runs.push(PatternRun { row: *row, column, diagonal, count: count as usize });
                 of_runs.push(value);
             }
         }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use dgd_signature::arrays::{Array, Family, OutputArray, Run};
+use dgd_signature::arrays::{Array, Family, OutputArray, PatternRun};
 use dgd_signature::{Direction, Discrete, Signature, Transition, Trigger, Unknowns};
 
 use super::{
@@ -59,7 +59,7 @@ impl fmt::Display for Program {
             let Some(pattern) = self.pattern(kind) else { continue };
             let single = pattern.rows.iter().zip(pattern.columns.iter());
             let mut places: Vec<String> = single.map(|(r, c)| format!("({r},{c})")).collect();
-            for Run { row, column, diagonal, count } in pattern.runs.iter() {
+            for PatternRun { row, column, diagonal, count } in pattern.runs.iter() {
                 let moves = if *diagonal { "+k" } else { "" };
                 places.push(format!("({row}+k,{column}{moves}) for k < {count}"));
             }

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use dgd_identify::journal::{Journaled, kept};
 use dgd_identify::keep_by_fields;
 use dgd_identify::{
-    EstimateError, Evaluation, Fit, NoiseCorrelation, NoiseSource, OutputErrorProblem,
+    EstimateError, Fit, NoiseCorrelation, NoiseSource, OutputErrorEvaluation, OutputErrorProblem,
     ParameterEstimate, Recording, Starts, StoppingRule, counts_from, evaluate, fit,
 };
 use dgd_runtime::signature::Parameter;
@@ -102,7 +102,7 @@ impl FittedStructure {
         let values = CarriedValues::collect(&structure.system, &p, &starts);
         let recordings = with_starts(data.train, from, &structure);
         let problem = problem(&structure, &p, &recordings, data, evaluations);
-        let Evaluation { observations: train, .. } =
+        let OutputErrorEvaluation { observations: train, .. } =
             evaluate(&problem, &p, &starts).map_err(|error| NoFit(error.to_string()))?;
         let (error, valid) = ((0.0, 0), None);
         let (cancelling, foreseen) = (OnceLock::new(), OnceLock::new());

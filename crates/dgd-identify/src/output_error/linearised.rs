@@ -23,7 +23,7 @@ use dgd_runtime::{
 use nalgebra::DVector;
 
 use crate::error::{TrialFailed, TrialFailure};
-use crate::output_error::{Evaluation, OutputErrorProblem, Starts, evaluate};
+use crate::output_error::{OutputErrorEvaluation, OutputErrorProblem, Starts, evaluate};
 use crate::recording::{DerivativeUse, Recording};
 
 /// Relative rounding error of times, and so of the lengths of steps between them.
@@ -341,7 +341,7 @@ struct InputDeviation {
 #[derive(Debug, Clone)]
 pub struct NonlinearModel {
     /// Its outputs and errors.
-    pub evaluation: Evaluation,
+    pub evaluation: OutputErrorEvaluation,
     /// The operating point of each recording.
     pub points: Vec<Option<OperatingPoint>>,
     /// For each recording, the first time at which its run is in another mode than its operating point.

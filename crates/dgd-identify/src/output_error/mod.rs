@@ -364,7 +364,7 @@ pub fn fit_starts(
 
 /// Simulated outputs, and their errors.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Evaluation {
+pub struct OutputErrorEvaluation {
     /// Outputs at the sample times of each recording.
     pub observations: Vec<Observations>,
     /// Simulated against measured, by recording and output, including outputs that are not fitted.
@@ -386,7 +386,7 @@ pub fn evaluate(
     problem: &OutputErrorProblem<'_>,
     p: &[f64],
     starts: &[Starts],
-) -> Result<Evaluation, TrialFailed> {
+) -> Result<OutputErrorEvaluation, TrialFailed> {
     let OutputErrorProblem { system, recordings, options, threads, .. } = problem;
     assert_eq!(starts.len(), recordings.len(), "start values for each recording");
     let names = output_names(*system);
@@ -415,7 +415,7 @@ pub fn evaluate(
             }
         }
     }
-    Ok(Evaluation { observations, misfits: misfits(&sums), cost })
+    Ok(OutputErrorEvaluation { observations, misfits: misfits(&sums), cost })
 }
 
 fn verify(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {

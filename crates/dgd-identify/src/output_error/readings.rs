@@ -26,7 +26,7 @@ use crate::journal::Digest;
 use crate::noise::NoiseSource;
 use crate::noise::density::PredictedReading;
 use crate::noise::shape::NoiseShape;
-use crate::output_error::Evaluation;
+use crate::output_error::OutputErrorEvaluation;
 use crate::recording::Recording;
 use crate::variables::FitVariables;
 
@@ -42,7 +42,7 @@ const NEARBY: f64 = 1e-2;
 /// A point of the search, simulated without derivatives.
 struct SimulatedPoint<'p, 'a> {
     problem: &'p OutputErrorProblem<'a>,
-    found: Evaluation,
+    found: OutputErrorEvaluation,
 }
 
 impl<'p, 'a> SimulatedPoint<'p, 'a> {

@@ -10,8 +10,8 @@ use dgd_identify::filter::{
     TrackedRow, prediction_error, prediction_error_profiles, predictions,
 };
 use dgd_identify::{
-    BoundReached, EstimateError, Evaluation, NoiseSource, OutputErrorProblem, ParameterEstimate,
-    Recording, Starts, StoppingRule, Termination, evaluate,
+    BoundReached, EstimateError, NoiseSource, OutputErrorEvaluation, OutputErrorProblem,
+    ParameterEstimate, Recording, Starts, StoppingRule, Termination, evaluate,
 };
 use dgd_plot::{Figure, MathText, Panel, SeriesMeaning};
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
@@ -199,7 +199,7 @@ struct Outcome<'a> {
     found: &'a PredictionError,
     /// Names of the recordings.
     recording_names: Vec<String>,
-    train: Evaluation,
+    train: OutputErrorEvaluation,
     valid: Option<Tested>,
     intervals: Intervals,
     left_out: &'a LeftOut,
@@ -258,7 +258,7 @@ impl Outcome<'_> {
         Ok(figure::beside(&subjects, panels, MathText::plain("Time").with_unit("s")))
     }
 
-    fn rms(&self, evaluation: &Evaluation, output: usize) -> Option<f64> {
+    fn rms(&self, evaluation: &OutputErrorEvaluation, output: usize) -> Option<f64> {
         rms_of(evaluation, output, &self.signature().outputs[output].unit)
     }
 

@@ -11,7 +11,7 @@ use dgd_execute::LoadedSystem;
 use dgd_identify::filter::FilterProblem;
 use dgd_identify::journal::{Digest, JournalScope};
 use dgd_identify::{
-    EstimateError, Evaluation, Fit, NoiseCorrelation, NoiseSource, OutputErrorProblem,
+    EstimateError, Fit, NoiseCorrelation, NoiseSource, OutputErrorEvaluation, OutputErrorProblem,
     ParameterEstimate, Prior, Recording, StoppingRule, Termination, TrialFailed, TrialFailure,
     counts_from, evaluate, fit_starts, nonlinear, operating_points,
 };
@@ -199,7 +199,7 @@ impl<'s> Task<'s> {
         place: LinearizeAt,
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
-        train: &Evaluation,
+        train: &OutputErrorEvaluation,
         request: &FitRequest,
     ) -> Result<Linearised, WorkError> {
         let failed = |error| self.failed(EstimateError::Start(error), &request.data);
@@ -256,7 +256,7 @@ impl<'s> Task<'s> {
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         paths: &[PathBuf],
-    ) -> Result<Evaluation, WorkError> {
+    ) -> Result<OutputErrorEvaluation, WorkError> {
         evaluate(problem, &fit.p, &fit.starts)
             .map_err(|error| self.failed(EstimateError::Start(error), paths))
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dgd_identify::{Evaluation, Recording};
+use dgd_identify::{OutputErrorEvaluation, Recording};
 use dgd_runtime::{LimitSide, Observations, Signature, Unit};
 
 use crate::fit::report::standard::Standardised;
@@ -41,7 +41,7 @@ pub(crate) struct Trace {
 pub(crate) fn traces(
     signature: &Signature,
     paths: [&[PathBuf]; 2],
-    of: [Option<(&[Recording], &Evaluation)>; 2],
+    of: [Option<(&[Recording], &OutputErrorEvaluation)>; 2],
     standardised: impl Fn(&Recording, usize, usize, &[f64]) -> Option<Standardised>,
 ) -> Vec<Trace> {
     let names = recording::names(&paths.concat());

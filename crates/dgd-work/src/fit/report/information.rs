@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 
 use dgd_identify::{
-    EstimateError, Evaluation, Fit, Information, OutputErrorProblem, Recording, information,
+    EstimateError, Fit, Information, OutputErrorEvaluation, OutputErrorProblem, Recording,
+    information,
 };
 use dgd_runtime::model::Model;
 use dgd_runtime::{LimitSide, Signature, Unit};
 use dgd_screen::{
-    Channel, Motion, OperatingPoint, ScreenedRecord, motion, operating_points, slope_window,
+    Channel, Motion, ScreenedRecord, SteadyPoint, motion, operating_points, slope_window,
 };
 use serde_json::{Map, Value, json};
 
@@ -53,7 +54,7 @@ impl Origins {
     pub(crate) fn find(
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
-        evaluation: &Evaluation,
+        evaluation: &OutputErrorEvaluation,
     ) -> Result<Self, EstimateError> {
         let (kinds, points) = kinds(problem.system, problem.recordings, evaluation);
         let count = |kind: usize| kinds.iter().flatten().filter(|found| **found == kind).count();
@@ -262,7 +263,7 @@ fn steady(kinds: &[f64]) -> f64 {
 fn kinds(
     system: &dyn Model,
     recordings: &[Recording],
-    evaluation: &Evaluation,
+    evaluation: &OutputErrorEvaluation,
 ) -> (Vec<Vec<usize>>, Vec<Point>) {
     let signature = system.signature();
     let mut kinds: Vec<Vec<usize>> =
@@ -292,7 +293,7 @@ fn kinds(
     let n_w = signature.outputs.len();
     let operating = operating_points(&motion, &vec![0.0; n_w + signature.inputs.len()]);
     let mut points = Vec::with_capacity(operating.len());
-    for (point, OperatingPoint { stretches, means, .. }) in operating.into_iter().enumerate() {
+    for (point, SteadyPoint { stretches, means, .. }) in operating.into_iter().enumerate() {
         for stretch in stretches {
             let (r, (first, last)) = places[stretch];
             kinds[r][first..=last].fill(TRANSIENT + 1 + point);

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dgd_identify::{Evaluation, ModeDeparture, NonlinearModel, Recording};
+use dgd_identify::{ModeDeparture, NonlinearModel, OutputErrorEvaluation, Recording};
 use dgd_runtime::Signature;
 use dgd_runtime::linearize::OperatingPoint;
 use serde_json::{Map, Value, json};
@@ -28,7 +28,7 @@ pub(crate) struct Linearised {
 
 /// The nonlinear model with the estimates of its linear one.
 struct Model {
-    evaluation: Evaluation,
+    evaluation: OutputErrorEvaluation,
     quality: Quality,
     /// Root-mean-square difference from the linear model by output, SI; `None` without samples.
     differences: Vec<Option<f64>>,
@@ -42,7 +42,7 @@ impl Linearised {
         place: LinearizeAt,
         points: Vec<Option<OperatingPoint>>,
         recordings: &[Recording],
-        linear: &Evaluation,
+        linear: &OutputErrorEvaluation,
         standard: Standard<'_>,
         model: Result<NonlinearModel, String>,
     ) -> Self {
@@ -246,8 +246,8 @@ fn unknowns(signature: &Signature, point: &OperatingPoint) -> Vec<Quantity> {
 /// Root-mean-square difference of two simulations of an output at the samples that count, SI.
 fn difference(
     recordings: &[Recording],
-    linear: &Evaluation,
-    model: &Evaluation,
+    linear: &OutputErrorEvaluation,
+    model: &OutputErrorEvaluation,
     output: usize,
 ) -> Option<f64> {
     let (mut squares, mut samples) = (0.0, 0_usize);

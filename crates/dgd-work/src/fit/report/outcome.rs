@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use dgd_compiler::model::Variant;
 use dgd_identify::{
-    BoundReached, CombinationTerm, Evaluation, Fit, FitStepping, OutputMisfit, ParameterEstimate,
-    Recording, Starts, Termination, UndeterminedDirection,
+    BoundReached, CombinationTerm, Fit, FitStepping, OutputErrorEvaluation, OutputMisfit,
+    ParameterEstimate, Recording, Starts, Termination, UndeterminedDirection,
 };
 use dgd_runtime::{Direction, Output, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
@@ -35,7 +35,7 @@ pub(crate) struct Outcome<'a> {
     pub data: &'a [PathBuf],
     /// Names of the recordings.
     pub recording_names: Vec<String>,
-    pub train: Evaluation,
+    pub train: OutputErrorEvaluation,
     pub valid: Option<Tested>,
     /// The training recordings.
     pub recordings: &'a [Recording],
@@ -66,7 +66,7 @@ pub(crate) struct Tested {
     /// Recordings, with the time from which their samples count.
     pub recordings: Vec<Recording>,
     pub starts: Vec<Starts>,
-    pub evaluation: Evaluation,
+    pub evaluation: OutputErrorEvaluation,
 }
 
 impl Tested {
@@ -268,7 +268,7 @@ impl Outcome<'_> {
 
     fn errors(&self, output: usize) -> OutputErrors {
         let unit = &self.signature.outputs[output].unit;
-        let rms = |evaluation: &Evaluation| rms_of(evaluation, output, unit);
+        let rms = |evaluation: &OutputErrorEvaluation| rms_of(evaluation, output, unit);
         OutputErrors {
             train: rms(&self.train),
             valid: self.valid.as_ref().and_then(|tested| rms(&tested.evaluation)),
@@ -495,7 +495,11 @@ pub(crate) fn variant_entries(variants: &[Variant]) -> Map<String, Value> {
 }
 
 /// Root-mean-square residual of an output over all recordings, in its unit.
-pub(crate) fn rms_of(evaluation: &Evaluation, output: usize, unit: &Unit) -> Option<f64> {
+pub(crate) fn rms_of(
+    evaluation: &OutputErrorEvaluation,
+    output: usize,
+    unit: &Unit,
+) -> Option<f64> {
     let misfit: OutputMisfit = evaluation.misfits.iter().map(|misfits| misfits[output]).sum();
     misfit.rms().map(|rms| rms / unit.factor)
 }

@@ -10,7 +10,7 @@
 
 use std::fmt::Write as _;
 
-use dgd_identify::{Evaluation, Recording};
+use dgd_identify::{OutputErrorEvaluation, Recording};
 use dgd_runtime::{LimitSide, Signature, Unit};
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 use serde_json::{Map, Value, json};
@@ -50,7 +50,7 @@ impl Quality {
     pub(crate) fn of(
         signature: &Signature,
         recordings: &[Recording],
-        evaluation: &Evaluation,
+        evaluation: &OutputErrorEvaluation,
         standard: Standard<'_>,
     ) -> Self {
         let inputs: Vec<Vec<Vec<f64>>> =
@@ -177,7 +177,7 @@ fn input_values(signature: &Signature, recording: &Recording) -> Vec<Vec<f64>> {
 
 fn output_quality(
     recordings: &[Recording],
-    evaluation: &Evaluation,
+    evaluation: &OutputErrorEvaluation,
     inputs: &[Vec<Vec<f64>>],
     output: usize,
     unit: &Unit,
